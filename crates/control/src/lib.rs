@@ -1,0 +1,1 @@
+//! Computed torque and closed loops on true or identified models

@@ -1,0 +1,1 @@
+//! From mismatch to findings: locate, screen, confirm, prove

@@ -1,0 +1,1 @@
+//! What drives and disturbs a plant: sums of sinusoids, initial states, noise

@@ -1,0 +1,1 @@
+//! Control occupation kernel regression: drift and control effectiveness from whole trajectories

@@ -1,0 +1,25 @@
+//! What moves: the [`Plant`] trait, the paper's two plants, integrators that respect
+//! how the input was held, and models read from a text file.
+//!
+//! A plant of order `s` obeys
+//!
+//! ```text
+//! x^(s)(t) = f(x, ..., x^(s-1)) + g(x, ..., x^(s-1)) u(t)
+//! ```
+//!
+//! | on paper | in code | shape |
+//! | --- | --- | --- |
+//! | order s | [`Plant::order`] | 1 or 2 |
+//! | coordinates x in R^n | [`Plant::dimension`] | n |
+//! | state (x, x', ..., x^(s-1)) | `state: &[f64]`, blocks one after the other, then memory | `Plant::states()` |
+//! | input u in R^m | `input: &[f64]` | m |
+//! | drift f | [`Plant::drift`] | n |
+//! | control effectiveness g | [`Plant::control_effectiveness`] | n x m, row-major |
+
+pub mod input;
+pub mod integrate;
+pub mod plant;
+
+pub use input::{Hold, Input, InputFn, SampledInput};
+pub use integrate::{SimulationError, Trajectory, rk4};
+pub use plant::Plant;

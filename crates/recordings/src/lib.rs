@@ -1,0 +1,1 @@
+//! What was seen: recordings, their readers, units, gaps and noise

@@ -1,0 +1,2 @@
+//! Studies.
+fn main() {}
