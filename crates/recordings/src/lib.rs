@@ -1,1 +1,23 @@
-//! What was seen: recordings, their readers, units, gaps and noise
+//! What was seen: recordings of a real machine against time, and what can be said of them
+//! without a model.
+//!
+//! A recording is a set of samples of a trajectory and its input,
+//!
+//! ```text
+//! y_k = gamma(t_k) + sigma e_k,   u_k = u(t_k),   k = 0 ... N-1
+//! ```
+//!
+//! | on paper | in code | unit |
+//! | --- | --- | --- |
+//! | times t_k | [`Recording::time`], strictly increasing | s |
+//! | samples y_k, u_k | [`Recording::column`], NaN where missing | as in the file |
+
+mod csv;
+mod error;
+mod recording;
+mod source;
+
+pub use crate::csv::{read_csv, write_csv, write_csv_with_time};
+pub use error::RecordingError;
+pub use recording::{Column, Recording};
+pub use source::{RecordingSource, Selection, SourceError};

@@ -1,0 +1,462 @@
+//! Recordings as CSV: a header line, then one row per time.
+//!
+//! Cells are separated by commas, semicolons or tabs (found from the header line). Lines
+//! that begin with `#` and blank lines are skipped; a byte-order mark, CRLF line ends
+//! and quoted cells are understood. Empty cells, `nan` and `NA` are missing samples.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::error::{RecordingError, nearest};
+use crate::recording::{Column, Recording};
+use crate::source::{RecordingSource, Selection};
+
+/// Longest piece of a bad cell that an error message repeats, in characters.
+const LONGEST_QUOTE: usize = 40;
+
+/// Name of the time column where the writer is told none.
+const DEFAULT_TIME_COLUMN: &str = "t";
+
+/// Reads the rows of `source`; `time_column` names the column of times, in seconds.
+///
+/// Rows outside the selection are not looked at, so a selection can pick one run out of a
+/// file in which several were joined.
+///
+/// # Errors
+/// A [`RecordingError`] that says where and what to do: file unreadable or of another
+/// kind, no header, ragged row, cell that is not a number, time missing or not increasing.
+pub fn read_csv(source: &RecordingSource, time_column: &str) -> Result<Recording, RecordingError> {
+    let bytes = fs::read(&source.path)
+        .map_err(|error| RecordingError::Unreadable { path: source.path.clone(), source: error })?;
+    read_bytes(&bytes, source, time_column)
+}
+
+/// The whole of a file's bytes as a recording.
+fn read_bytes(
+    bytes: &[u8],
+    source: &RecordingSource,
+    time_column: &str,
+) -> Result<Recording, RecordingError> {
+    let file = source.path.display().to_string();
+    let text = text_of(bytes, &file)?;
+    let mut table = Table::open(text, file)?;
+    let time_index = table.time_index(time_column)?;
+    let columns = table.read_rows(time_index, &source.selection)?;
+    Ok(into_recording(source.name(), table.names, columns, time_index))
+}
+
+fn into_recording(
+    name: String,
+    names: Vec<String>,
+    columns: Vec<Vec<f64>>,
+    time_index: usize,
+) -> Recording {
+    let mut columns: Vec<Column> =
+        names.into_iter().zip(columns).map(|(name, values)| Column { name, values }).collect();
+    let time = columns.remove(time_index).values;
+    Recording { name, time, columns }
+}
+
+/// First bytes that give a file of another kind away, what it is, and what to do.
+const OTHER_KINDS: &[(&[u8], &str, &str)] = &[
+    (b"PK\x03\x04", "a spreadsheet or zip archive", "export the sheet as CSV, or unpack it"),
+    (b"PAR1", "a Parquet file", "convert it to CSV"),
+    (b"\x1f\x8b", "gzip-compressed data", "decompress it first"),
+    (b"\x89HDF", "an HDF5 or MATLAB 7.3 file", "export its signals as CSV"),
+    (b"MATLAB 5.0", "a MATLAB file", "export its signals with writetable"),
+    (b"\x89MCAP", "an MCAP log", "export its topics as CSV"),
+    (b"#ROSBAG", "a ROS bag", "export its topics as CSV"),
+    (b"SQLite format 3", "an SQLite database or ROS 2 bag", "export its topics as CSV"),
+    (b"ULog", "a PX4 log", "convert it with ulog2csv"),
+    (b"MDF ", "a measurement data file (MDF)", "export its channels as CSV"),
+    (b"\xff\xfe", "UTF-16 text", "save it as UTF-8"),
+    (b"\xfe\xff", "UTF-16 text", "save it as UTF-8"),
+    (b"<", "an HTML or XML page", "download the data itself, not the page that shows it"),
+    (b"{", "JSON", "write it as a table: a header line, then one row per time"),
+    (b"[", "JSON or TOML", "write it as a table: a header line, then one row per time"),
+    (b"%PDF", "a PDF document", "ask for the data as CSV"),
+];
+
+/// The bytes as text, without a byte-order mark, if they can be a table at all.
+fn text_of<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, RecordingError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let start = bytes.trim_ascii_start();
+    let not_csv = |found, advice| RecordingError::NotCsv { file: file.into(), found, advice };
+    if let Some((_, found, advice)) = OTHER_KINDS.iter().find(|kind| start.starts_with(kind.0)) {
+        return Err(not_csv(found, advice));
+    }
+    if bytes.contains(&0) {
+        return Err(not_csv("binary data", "export the recording as CSV text"));
+    }
+    str::from_utf8(bytes).map_err(|error| RecordingError::NotUtf8 {
+        file: file.into(),
+        line: 1 + line_ends(&bytes[..error.valid_up_to()]),
+    })
+}
+
+/// A table whose header line has been read.
+struct Table<'a> {
+    text: &'a str,
+    file: String,
+    reader: ::csv::Reader<&'a [u8]>,
+    names: Vec<String>,
+}
+
+impl<'a> Table<'a> {
+    fn open(text: &'a str, file: String) -> Result<Self, RecordingError> {
+        let header = text.lines().find(|line| !is_skipped(line)).unwrap_or_default();
+        let reader = ::csv::ReaderBuilder::new()
+            .delimiter(delimiter(header))
+            .comment(Some(b'#'))
+            .has_headers(false)
+            .flexible(true)
+            .from_reader(text.as_bytes());
+        let mut table = Self { text, file, reader, names: Vec::new() };
+        table.read_header()?;
+        Ok(table)
+    }
+
+    fn read_header(&mut self) -> Result<(), RecordingError> {
+        let mut record = ::csv::StringRecord::new();
+        let Some(line) = self.next(&mut record)? else {
+            return Err(RecordingError::Empty { file: self.file.clone() });
+        };
+        let names: Vec<String> = record.iter().map(|name| name.trim().to_owned()).collect();
+        let file = self.file.clone();
+        if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+            return Err(RecordingError::NoHeader {
+                file,
+                line: line.number(),
+                found: quoted(&names.join(", ")),
+            });
+        }
+        if let Some(column) = first_repeated(&names) {
+            return Err(RecordingError::DuplicateColumn { file, line: line.number(), column });
+        }
+        self.names = names;
+        Ok(())
+    }
+
+    fn time_index(&self, wanted: &str) -> Result<usize, RecordingError> {
+        self.names.iter().position(|name| name == wanted).ok_or_else(|| {
+            RecordingError::NoTimeColumn {
+                file: self.file.clone(),
+                wanted: wanted.into(),
+                available: self.names.clone(),
+                suggestion: nearest(wanted, self.names.iter().map(String::as_str)).map(Into::into),
+            }
+        })
+    }
+
+    /// The next record that is not blank, and where it stands.
+    fn next(
+        &mut self,
+        record: &mut ::csv::StringRecord,
+    ) -> Result<Option<Place<'a>>, RecordingError> {
+        loop {
+            let before = Place { text: self.text, byte: self.reader.position().byte() as usize };
+            match self.reader.read_record(record) {
+                Ok(false) => return Ok(None),
+                // A line of spaces is one blank cell to the reader, and a blank line to people.
+                Ok(true) if record.len() == 1 && record[0].trim().is_empty() => {}
+                Ok(true) => return Ok(Some(before)),
+                Err(error) => return Err(self.unreadable(error)),
+            }
+        }
+    }
+
+    fn unreadable(&self, error: ::csv::Error) -> RecordingError {
+        RecordingError::Unreadable { path: self.file.clone().into(), source: error.into() }
+    }
+
+    /// All columns of the selected rows.
+    fn read_rows(
+        &mut self,
+        time_index: usize,
+        selection: &Selection,
+    ) -> Result<Vec<Vec<f64>>, RecordingError> {
+        let mut columns = vec![Vec::new(); self.names.len()];
+        let mut record = ::csv::StringRecord::new();
+        let mut rows = 0;
+        let mut previous: Option<(Place<'a>, f64)> = None;
+        while let Some(place) = self.next(&mut record)? {
+            let row = rows;
+            rows += 1;
+            if !row_selected(selection, row) {
+                continue;
+            }
+            self.check_width(&record, place)?;
+            let time = self.time(&record[time_index], time_index, place)?;
+            if !time_selected(selection, time) {
+                continue;
+            }
+            self.check_order(previous, (place, time))?;
+            previous = Some((place, time));
+            for (index, values) in columns.iter_mut().enumerate() {
+                values.push(self.number(&record[index], index, place)?);
+            }
+        }
+        self.check_selection(selection, rows, columns[time_index].len())?;
+        Ok(columns)
+    }
+
+    fn check_width(
+        &self,
+        record: &::csv::StringRecord,
+        place: Place,
+    ) -> Result<(), RecordingError> {
+        if record.len() == self.names.len() {
+            return Ok(());
+        }
+        Err(RecordingError::RaggedRow {
+            file: self.file.clone(),
+            line: place.number(),
+            expected: self.names.len(),
+            found: record.len(),
+        })
+    }
+
+    fn check_order(
+        &self,
+        previous: Option<(Place, f64)>,
+        (place, later): (Place, f64),
+    ) -> Result<(), RecordingError> {
+        match previous {
+            Some((before, earlier)) if later <= earlier => Err(RecordingError::TimeNotIncreasing {
+                file: self.file.clone(),
+                earlier_line: before.number(),
+                earlier,
+                line: place.number(),
+                later,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_selection(
+        &self,
+        selection: &Selection,
+        rows: usize,
+        selected: usize,
+    ) -> Result<(), RecordingError> {
+        let (file, selection) = (self.file.clone(), *selection);
+        if rows == 0 {
+            let line = Place { text: self.text, byte: 0 }.number();
+            return Err(RecordingError::HeaderOnly { file, line });
+        }
+        match selection {
+            Selection::Rows { to: Some(to), .. } if to > rows => {
+                Err(RecordingError::SelectionBeyondEnd { file, selection, rows })
+            }
+            _ if selected == 0 => Err(RecordingError::EmptySelection { file, selection, rows }),
+            _ => Ok(()),
+        }
+    }
+
+    fn time(&self, cell: &str, index: usize, place: Place) -> Result<f64, RecordingError> {
+        let time = self.number(cell, index, place)?;
+        if time.is_nan() {
+            return Err(RecordingError::MissingTime {
+                file: self.file.clone(),
+                line: place.number(),
+                column: self.names[index].clone(),
+            });
+        }
+        Ok(time)
+    }
+
+    fn number(&self, cell: &str, index: usize, place: Place) -> Result<f64, RecordingError> {
+        let cell = cell.trim();
+        if is_missing(cell) {
+            return Ok(f64::NAN);
+        }
+        match cell.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(RecordingError::NotANumber {
+                file: self.file.clone(),
+                line: place.number(),
+                column: self.names[index].clone(),
+                found: quoted(cell),
+            }),
+        }
+    }
+}
+
+/// A place in the text; its line number is counted only when an error needs it.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    text: &'a str,
+    byte: usize,
+}
+
+impl Place<'_> {
+    /// Line, from 1, of the first line at or after this place that is not skipped: the
+    /// reader's position before a record lies before the comments that precede it.
+    fn number(self) -> usize {
+        let (before, after) = self.text.as_bytes().split_at(self.byte);
+        let mut line = 1 + line_ends(before);
+        let mut rest = after;
+        // The reader leaves the second half of a CRLF for the next record.
+        if before.ends_with(b"\r") {
+            rest = rest.strip_prefix(b"\n").unwrap_or(rest);
+        }
+        while let Some(end) = rest.iter().position(|&byte| byte == b'\n' || byte == b'\r') {
+            if !is_skipped(&String::from_utf8_lossy(&rest[..end])) {
+                break;
+            }
+            let width = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
+            rest = &rest[end + width..];
+            line += 1;
+        }
+        line
+    }
+}
+
+/// Number of line ends: LF, CR LF or a lone CR.
+fn line_ends(bytes: &[u8]) -> usize {
+    let is_end = |index: usize| match bytes[index] {
+        b'\n' => index == 0 || bytes[index - 1] != b'\r',
+        byte => byte == b'\r',
+    };
+    (0..bytes.len()).filter(|&index| is_end(index)).count()
+}
+
+fn is_skipped(line: &str) -> bool {
+    line.trim().is_empty() || line.starts_with('#')
+}
+
+/// The separator that occurs most often in the header line, outside quotes.
+fn delimiter(header: &str) -> u8 {
+    let outside: String = header.split('"').step_by(2).collect();
+    let count = |separator: char| outside.matches(separator).count();
+    // On a tie the last wins, so the comma stands last.
+    *[b'\t', b';', b','].iter().max_by_key(|&&separator| count(separator.into())).unwrap_or(&b',')
+}
+
+fn first_repeated(names: &[String]) -> Option<String> {
+    let repeated = |(index, name): (usize, &String)| names[..index].contains(name);
+    names.iter().enumerate().find(|&entry| repeated(entry)).map(|(_, name)| name.clone())
+}
+
+fn row_selected(selection: &Selection, row: usize) -> bool {
+    match *selection {
+        Selection::Rows { from, to } => {
+            from.is_none_or(|from| from <= row) && to.is_none_or(|to| row < to)
+        }
+        _ => true,
+    }
+}
+
+fn time_selected(selection: &Selection, time: f64) -> bool {
+    match *selection {
+        Selection::Time { from, to } => {
+            from.is_none_or(|from| from <= time) && to.is_none_or(|to| time < to)
+        }
+        _ => true,
+    }
+}
+
+fn is_missing(cell: &str) -> bool {
+    matches!(cell, "" | "NA")
+        || cell.eq_ignore_ascii_case("nan")
+        || cell.eq_ignore_ascii_case("-nan")
+}
+
+fn quoted(text: &str) -> String {
+    match text.char_indices().nth(LONGEST_QUOTE) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.into(),
+    }
+}
+
+/// Writes `recording` to `path`, its time in a column `t`.
+///
+/// Numbers are written with as many digits as reading them back exactly needs, missing
+/// samples as empty cells. The file appears whole or not at all: it is written beside
+/// `path` under another name and renamed.
+///
+/// # Errors
+/// [`RecordingError::Unwritable`], [`RecordingError::ColumnLength`],
+/// [`RecordingError::NotWritable`].
+pub fn write_csv(path: &Path, recording: &Recording) -> Result<(), RecordingError> {
+    write_csv_with_time(path, recording, DEFAULT_TIME_COLUMN)
+}
+
+/// [`write_csv`] with the name that the time column shall have.
+///
+/// # Errors
+/// As [`write_csv`].
+pub fn write_csv_with_time(
+    path: &Path,
+    recording: &Recording,
+    time_column: &str,
+) -> Result<(), RecordingError> {
+    check_writable(path, recording, time_column)?;
+    let unwritable = |source| RecordingError::Unwritable { path: path.into(), source };
+    let text = to_text(recording, time_column).map_err(unwritable)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
+    let written = write_whole(&beside, &text).and_then(|()| fs::rename(&beside, path));
+    if written.is_err() {
+        // The failure itself is reported; what is left of the file is of no use.
+        let _ = fs::remove_file(&beside);
+    }
+    written.map_err(unwritable)
+}
+
+fn write_whole(path: &Path, text: &[u8]) -> io::Result<()> {
+    let mut file = fs::File::create(path)?;
+    file.write_all(text)?;
+    file.sync_all()
+}
+
+fn check_writable(
+    path: &Path,
+    recording: &Recording,
+    time_column: &str,
+) -> Result<(), RecordingError> {
+    let bad = |column: &str, row, found| RecordingError::NotWritable {
+        path: path.into(),
+        column: column.into(),
+        row,
+        found,
+    };
+    if let Some(row) = recording.time.iter().position(|t| !t.is_finite()) {
+        return Err(bad(time_column, row, recording.time[row]));
+    }
+    for column in &recording.columns {
+        if column.values.len() != recording.time.len() {
+            return Err(RecordingError::ColumnLength {
+                path: path.into(),
+                column: column.name.clone(),
+                expected: recording.time.len(),
+                found: column.values.len(),
+            });
+        }
+        if let Some(row) = column.values.iter().position(|value| value.is_infinite()) {
+            return Err(bad(&column.name, row, column.values[row]));
+        }
+    }
+    Ok(())
+}
+
+fn to_text(recording: &Recording, time_column: &str) -> io::Result<Vec<u8>> {
+    let mut writer = ::csv::Writer::from_writer(Vec::new());
+    let names = recording.columns.iter().map(|column| column.name.as_str());
+    writer.write_record(std::iter::once(time_column).chain(names))?;
+    for (row, &time) in recording.time.iter().enumerate() {
+        let values = recording.columns.iter().map(|column| column.values[row]);
+        writer.write_record(std::iter::once(time).chain(values).map(cell))?;
+    }
+    writer.into_inner().map_err(|error| error.into_error())
+}
+
+/// The shortest text that reads back as the same number.
+fn cell(value: f64) -> String {
+    match value.abs() {
+        _ if value.is_nan() => String::new(),
+        size if size != 0.0 && !(1e-5..1e15).contains(&size) => format!("{value:e}"),
+        _ => format!("{value}"),
+    }
+}

@@ -1,0 +1,255 @@
+//! What can be wrong with a recording, with the place, what was found and what to do.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::source::Selection;
+
+/// A recording that cannot be read, written or used as asked. Every variant names the
+/// file (or the recording) it speaks of; lines are counted from 1, as editors do.
+#[derive(Debug, Error)]
+pub enum RecordingError {
+    /// The file cannot be opened or read.
+    #[error("cannot read {path}: {source}; check the path and its permissions", path = path.display())]
+    Unreadable {
+        /// The file asked for.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// The file is of another kind than CSV.
+    #[error("{file} is not a CSV file: it looks like {found}; {advice}")]
+    NotCsv {
+        /// The file.
+        file: String,
+        /// What its first bytes say it is.
+        found: &'static str,
+        /// How to turn it into CSV.
+        advice: &'static str,
+    },
+    /// The bytes are not UTF-8 text.
+    #[error("{file}, line {line}: the text is not UTF-8; save the file as UTF-8 text")]
+    NotUtf8 {
+        /// The file.
+        file: String,
+        /// Line of the first bad byte.
+        line: usize,
+    },
+    /// Nothing is in the file but blank lines and comments.
+    #[error(
+        "{file} is empty: a header line with the column names and at least one row of numbers \
+         are needed"
+    )]
+    Empty {
+        /// The file.
+        file: String,
+    },
+    /// The file ends after its header line.
+    #[error("{file} has a header line (line {line}) but no rows; was the recording interrupted?")]
+    HeaderOnly {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: usize,
+    },
+    /// The first line holds numbers where column names were expected.
+    #[error(
+        "{file}, line {line}: expected a header line with column names, found numbers ({found}); \
+         write the names above the first row (without a leading #)"
+    )]
+    NoHeader {
+        /// The file.
+        file: String,
+        /// Line that should have been the header.
+        line: usize,
+        /// What stands there.
+        found: String,
+    },
+    /// Two columns share a name.
+    #[error("{file}, line {line}: two columns are named '{column}'; give each its own name")]
+    DuplicateColumn {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: usize,
+        /// The name that occurs twice.
+        column: String,
+    },
+    /// A row has more or fewer cells than the header.
+    #[error(
+        "{file}, line {line}: expected {expected} cells as in the header, found {found}; \
+         a missing value is written as an empty cell"
+    )]
+    RaggedRow {
+        /// The file.
+        file: String,
+        /// Line of the row.
+        line: usize,
+        /// Number of columns of the header.
+        expected: usize,
+        /// Number of cells in the row.
+        found: usize,
+    },
+    /// A cell holds something else than a finite number.
+    #[error(
+        "{file}, line {line}, column '{column}': expected a number, found '{found}'; numbers are \
+         written with a decimal point, a missing value as an empty cell, nan or NA"
+    )]
+    NotANumber {
+        /// The file.
+        file: String,
+        /// Line of the cell.
+        line: usize,
+        /// Name of its column.
+        column: String,
+        /// The text found, shortened where it is long.
+        found: String,
+    },
+    /// The file has no column of the name that time should have.
+    #[error(
+        "{file} has no time column '{wanted}'{}; its columns, separated by a comma, semicolon or \
+         tab, are: {}; the model's [recordings] section names the time column",
+        did_you_mean(suggestion),
+        list(available)
+    )]
+    NoTimeColumn {
+        /// The file.
+        file: String,
+        /// The name asked for.
+        wanted: String,
+        /// The columns that exist.
+        available: Vec<String>,
+        /// The nearest of them, where one is near.
+        suggestion: Option<String>,
+    },
+    /// A row does not say when it was taken.
+    #[error(
+        "{file}, line {line}: the time column '{column}' is empty here; every row needs a time, \
+         remove rows without one"
+    )]
+    MissingTime {
+        /// The file.
+        file: String,
+        /// Line of the row.
+        line: usize,
+        /// Name of the time column.
+        column: String,
+    },
+    /// Time stands still or runs backwards.
+    #[error(
+        "{file}: time does not increase: {earlier} s on line {earlier_line}, then {later} s on \
+         line {line}; remove repeated rows, and split runs that were joined into one file each \
+         (or select one with #rows=FROM..TO)"
+    )]
+    TimeNotIncreasing {
+        /// The file.
+        file: String,
+        /// Line of the earlier row.
+        earlier_line: usize,
+        /// Its time, s.
+        earlier: f64,
+        /// Line of the next row.
+        line: usize,
+        /// Its time, s.
+        later: f64,
+    },
+    /// A selection reaches beyond the rows of the file.
+    #[error("{file} has {rows} rows, fewer than the selection {selection} asks for")]
+    SelectionBeyondEnd {
+        /// The file.
+        file: String,
+        /// The selection.
+        selection: Selection,
+        /// Rows in the file.
+        rows: usize,
+    },
+    /// A selection holds no row.
+    #[error("{file}: the selection {selection} holds none of the {rows} rows; widen it")]
+    EmptySelection {
+        /// The file.
+        file: String,
+        /// The selection.
+        selection: Selection,
+        /// Rows in the file.
+        rows: usize,
+    },
+    /// The recording has no column of that name.
+    #[error(
+        "recording {recording} has no column '{wanted}'{}; its columns are: {}",
+        did_you_mean(suggestion),
+        list(available)
+    )]
+    NoSuchColumn {
+        /// The recording.
+        recording: String,
+        /// The name asked for.
+        wanted: String,
+        /// The columns that exist.
+        available: Vec<String>,
+        /// The nearest of them, where one is near.
+        suggestion: Option<String>,
+    },
+    /// A column to be written is longer or shorter than the time.
+    #[error(
+        "cannot write {path}: column '{column}' has {found} values, time has {expected}",
+        path = path.display()
+    )]
+    ColumnLength {
+        /// The file to be written.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// Number of times.
+        expected: usize,
+        /// Number of values.
+        found: usize,
+    },
+    /// A value to be written is infinite, or a time is missing.
+    #[error(
+        "cannot write {path}: row {row} of column '{column}' is {found}, which no reader would \
+         accept; did the simulation diverge?",
+        path = path.display()
+    )]
+    NotWritable {
+        /// The file to be written.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// Row, from 0.
+        row: usize,
+        /// The value.
+        found: f64,
+    },
+    /// The file cannot be written.
+    #[error("cannot write {path}: {source}; check the folder and its permissions", path = path.display())]
+    Unwritable {
+        /// The file to be written.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+}
+
+/// The name among `known` that is nearest to `wanted`, if one is near enough to be meant.
+pub(crate) fn nearest<'a>(
+    wanted: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    let score = |name: &str| strsim::jaro_winkler(&wanted.to_lowercase(), &name.to_lowercase());
+    known
+        .into_iter()
+        .map(|name| (score(name), name))
+        .filter(|(score, _)| *score >= 0.7)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+pub(crate) fn did_you_mean(suggestion: &Option<String>) -> String {
+    suggestion.as_ref().map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"))
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "(none)".into() } else { names.join(", ") }
+}
