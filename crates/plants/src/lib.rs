@@ -16,10 +16,19 @@
 //! | drift f | [`Plant::drift`] | n |
 //! | control effectiveness g | [`Plant::control_effectiveness`] | n x m, row-major |
 
+pub mod adaptive;
+pub mod duffing;
+pub mod expression;
 pub mod input;
 pub mod integrate;
+pub mod model;
 pub mod plant;
+pub mod two_link;
 
+pub use adaptive::{Tolerance, dormand_prince};
+pub use duffing::Duffing;
 pub use input::{Hold, Input, InputFn, SampledInput};
 pub use integrate::{SimulationError, Trajectory, rk4};
+pub use model::{Model, ModelError, System};
 pub use plant::Plant;
+pub use two_link::TwoLinkArm;
