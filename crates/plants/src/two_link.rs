@@ -110,8 +110,8 @@ mod tests {
     fn energy_and_momentum_are_constant_without_friction() {
         let arm = frictionless();
         let times: Vec<f64> = (0..=10).map(|k| 0.5 * k as f64).collect();
-        let path = rk4(&arm, &[0.3, -0.8, 1.2, -2.0], &InputFn(|_, u| u.fill(0.0)), &times, 1e-3)
-            .unwrap();
+        let path =
+            rk4(&arm, &[0.3, -0.8, 1.2, -2.0], &InputFn(|_, u| u.fill(0.0)), &times, 1e-3).unwrap();
         let invariants = |s: &[f64]| {
             let cos = s[1].cos();
             let (a, b, c) = (arm.p1 + 2.0 * arm.p3 * cos, arm.p2 + arm.p3 * cos, arm.p2);
