@@ -1,0 +1,49 @@
+//! Cogging (a force periodic in position): `amplitude sin(wavenumber q + phase)`.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "cogging",
+    words: "cogging (a force periodic in position)",
+    formula: "amplitude sin(wavenumber q + phase)",
+    parameters: &[
+        Parameter::new("amplitude", Dimension::FORCE, Range::NonNegative),
+        Parameter::new("wavenumber", Dimension::new(0, -1, 0), Range::Positive),
+        Parameter::new("phase", Dimension::NUMBER, Range::Any).or(0.0),
+    ],
+    depends_on: &[Variable::Coordinate],
+    acts: Acts::Coordinates,
+    law: Law::Force(&Cogging),
+};
+
+#[derive(Debug)]
+struct Cogging;
+
+impl ForceLaw for Cogging {
+    fn amplitudes(&self) -> usize {
+        2
+    }
+
+    /// `A sin(x + p) = A cos(p) sin(x) + A sin(p) cos(x)`.
+    fn internal(&self, physical: &[f64]) -> Vec<f64> {
+        let [amplitude, rate, phase] = physical else { unreachable!("three parameters") };
+        vec![amplitude * phase.cos(), amplitude * phase.sin(), *rate]
+    }
+
+    fn physical(&self, internal: &[f64]) -> Vec<f64> {
+        let [sine, cosine, rate] = internal else { unreachable!("three parameters") };
+        vec![sine.hypot(*cosine), *rate, cosine.atan2(*sine)]
+    }
+
+    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
+        (basis[0], basis[1]) = (shape[0] * at.q).sin_cos();
+    }
+
+    /// From half a period over the range to fourteen, finely enough that a peak of the
+    /// evidence, as wide as one period over the range, cannot fall between.
+    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let fundamental = std::f64::consts::PI / scales.half_range();
+        (0..40).map(|k| vec![1.2 * fundamental * 1.075f64.powi(k)]).collect()
+    }
+}

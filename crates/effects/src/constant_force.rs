@@ -1,0 +1,23 @@
+//! A constant force: `force`.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "constant_force",
+    words: "a constant force",
+    formula: "force",
+    parameters: &[Parameter::new("force", Dimension::FORCE, Range::Any)],
+    depends_on: &[],
+    acts: Acts::CoordinatesAndStates,
+    law: Law::Force(&ConstantForce),
+};
+
+#[derive(Debug)]
+struct ConstantForce;
+
+impl ForceLaw for ConstantForce {
+    fn basis(&self, _shape: &[f64], _at: &Local, _memory: &[f64], basis: &mut [f64]) {
+        basis[0] = 1.0;
+    }
+}

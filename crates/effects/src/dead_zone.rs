@@ -1,0 +1,28 @@
+//! A dead zone of the actuator: `u_effective = u - clamp(u, -half_width, half_width)`.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "dead_zone",
+    words: "a dead zone of the actuator",
+    formula: "u_effective = u - clamp(u, -half_width, half_width)",
+    parameters: &[Parameter::new("half_width", Dimension::INPUT, Range::NonNegative)],
+    depends_on: &[Variable::Input],
+    acts: Acts::Inputs,
+    law: Law::Input(&DeadZone),
+};
+
+#[derive(Debug)]
+struct DeadZone;
+
+impl InputLaw for DeadZone {
+    fn transform(&self, parameters: &[f64], _times: &[f64], command: &[f64]) -> Vec<f64> {
+        let w = parameters[0];
+        command.iter().map(|u| u - u.clamp(-w, w)).collect()
+    }
+
+    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        [0.02, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6].map(|share| vec![share * scales.input.0]).to_vec()
+    }
+}

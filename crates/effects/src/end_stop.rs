@@ -1,0 +1,42 @@
+//! An elastic end stop: `-stiffness max(q - position, 0), or its mirror image for side = -1`.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "end_stop",
+    words: "an elastic end stop",
+    formula: "-stiffness max(q - position, 0), or its mirror image for side = -1",
+    parameters: &[
+        Parameter::new("stiffness", Dimension::new(1, -1, 0), Range::NonNegative),
+        Parameter::new("position", Dimension::COORDINATE, Range::Any),
+        Parameter::new("side", Dimension::NUMBER, Range::Any).or(0.0),
+    ],
+    depends_on: &[Variable::Coordinate],
+    acts: Acts::Coordinates,
+    law: Law::Force(&EndStop),
+};
+
+#[derive(Debug)]
+struct EndStop;
+
+impl ForceLaw for EndStop {
+    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
+        let beyond = shape[1] * (at.q - shape[0]);
+        basis[0] = -shape[1] * beyond.max(0.0);
+    }
+
+    /// A side of 0 (none given) is the side on which the stop stands.
+    fn internal(&self, physical: &[f64]) -> Vec<f64> {
+        let side = if physical[2] == 0.0 { physical[1].signum() } else { physical[2].signum() };
+        vec![physical[0], physical[1], side]
+    }
+
+    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let centre = 0.5 * (scales.q.0 + scales.q.1);
+        let reach = scales.half_range();
+        let shares = [0.4, 0.5, 0.6, 0.7, 0.78, 0.85, 0.91, 0.96];
+        let at = |side: f64| shares.map(|share| vec![centre + side * share * reach, side]);
+        at(1.0).into_iter().chain(at(-1.0)).collect()
+    }
+}

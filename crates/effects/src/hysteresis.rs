@@ -1,0 +1,43 @@
+//! Hysteresis (Bouc-Wen): `-stiffness z, z' = v - beta |v| z - gamma v |z|`.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "hysteresis",
+    words: "hysteresis (Bouc-Wen)",
+    formula: "-stiffness z, z' = v - beta |v| z - gamma v |z|",
+    parameters: &[
+        Parameter::new("stiffness", Dimension::new(1, -1, 0), Range::NonNegative),
+        Parameter::new("beta", Dimension::new(0, -1, 0), Range::NonNegative),
+        Parameter::new("gamma", Dimension::new(0, -1, 0), Range::Any),
+    ],
+    depends_on: &[Variable::Velocity],
+    acts: Acts::Coordinates,
+    law: Law::Force(&Hysteresis),
+};
+
+#[derive(Debug)]
+struct Hysteresis;
+
+impl ForceLaw for Hysteresis {
+    fn basis(&self, _shape: &[f64], _at: &Local, memory: &[f64], basis: &mut [f64]) {
+        basis[0] = -memory[0];
+    }
+
+    fn memory(&self) -> usize {
+        1
+    }
+
+    fn memory_rate(&self, shape: &[f64], at: &Local, memory: &[f64], rate: &mut [f64]) {
+        let z = memory[0];
+        rate[0] = at.v - shape[0] * at.v.abs() * z - shape[1] * at.v * z.abs();
+    }
+
+    /// Equal beta and gamma: the loop unloads elastically. The force saturates after a
+    /// travel of `1 / (beta + gamma)`.
+    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let travel = [0.05, 0.1, 0.2, 0.4, 0.8].map(|share| share * scales.half_range());
+        travel.map(|d| vec![0.5 / d, 0.5 / d]).to_vec()
+    }
+}

@@ -1,0 +1,23 @@
+//! Linear stiffness: `-stiffness q`.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Variable};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "linear_stiffness",
+    words: "linear stiffness",
+    formula: "-stiffness q",
+    parameters: &[Parameter::new("stiffness", Dimension::new(1, -1, 0), Range::Any)],
+    depends_on: &[Variable::Coordinate],
+    acts: Acts::Coordinates,
+    law: Law::Force(&LinearStiffness),
+};
+
+#[derive(Debug)]
+struct LinearStiffness;
+
+impl ForceLaw for LinearStiffness {
+    fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
+        basis[0] = -at.q;
+    }
+}

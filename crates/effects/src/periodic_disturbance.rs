@@ -1,0 +1,48 @@
+//! A periodic disturbance: `amplitude sin(angular_frequency t + phase)`.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "periodic_disturbance",
+    words: "a periodic disturbance",
+    formula: "amplitude sin(angular_frequency t + phase)",
+    parameters: &[
+        Parameter::new("amplitude", Dimension::FORCE, Range::NonNegative),
+        Parameter::new("angular_frequency", Dimension::RATE, Range::Positive),
+        Parameter::new("phase", Dimension::NUMBER, Range::Any).or(0.0),
+    ],
+    depends_on: &[Variable::Time],
+    acts: Acts::CoordinatesAndStates,
+    law: Law::Force(&PeriodicDisturbance),
+};
+
+#[derive(Debug)]
+struct PeriodicDisturbance;
+
+impl ForceLaw for PeriodicDisturbance {
+    fn amplitudes(&self) -> usize {
+        2
+    }
+
+    /// `A sin(x + p) = A cos(p) sin(x) + A sin(p) cos(x)`.
+    fn internal(&self, physical: &[f64]) -> Vec<f64> {
+        let [amplitude, rate, phase] = physical else { unreachable!("three parameters") };
+        vec![amplitude * phase.cos(), amplitude * phase.sin(), *rate]
+    }
+
+    fn physical(&self, internal: &[f64]) -> Vec<f64> {
+        let [sine, cosine, rate] = internal else { unreachable!("three parameters") };
+        vec![sine.hypot(*cosine), *rate, cosine.atan2(*sine)]
+    }
+
+    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
+        (basis[0], basis[1]) = (shape[0] * at.t).sin_cos();
+    }
+
+    /// Steps of 0.4 periods over the recording, as wide as a spectral line.
+    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let line = std::f64::consts::TAU / scales.duration();
+        (0..200).map(|k| vec![line * (1.5 + 0.4 * f64::from(k))]).collect()
+    }
+}

@@ -1,0 +1,31 @@
+//! A force that begins at a time: `force for t >= time`.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "step_change",
+    words: "a force that begins at a time",
+    formula: "force for t >= time",
+    parameters: &[
+        Parameter::new("force", Dimension::FORCE, Range::Any),
+        Parameter::new("time", Dimension::TIME, Range::Any),
+    ],
+    depends_on: &[Variable::Time],
+    acts: Acts::CoordinatesAndStates,
+    law: Law::Force(&StepChange),
+};
+
+#[derive(Debug)]
+struct StepChange;
+
+impl ForceLaw for StepChange {
+    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
+        basis[0] = if at.t >= shape[0] { 1.0 } else { 0.0 };
+    }
+
+    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let begin = scales.time.0;
+        (3..48).map(|k| vec![begin + 0.02 * f64::from(k) * scales.duration()]).collect()
+    }
+}

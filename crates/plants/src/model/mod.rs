@@ -1,0 +1,277 @@
+//! Models read from a text file: mechanics `M(q) q'' = F(q, q', h, u)` and first-order
+//! states `h' = D(q, q', h, u)`, with the effects of the catalogue that act on them.
+
+mod error;
+mod read;
+mod system;
+mod write;
+
+pub use error::{ModelError, Place};
+pub use system::{Equations, System};
+pub use write::{Augmentation, NewEffect, augmented_text};
+
+use crate::Hold;
+use crate::expression::{Graph, NodeId};
+use lacuna_effects::{Effect, Law};
+
+/// A model file, read and checked.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// The model's name.
+    pub name: String,
+    /// Parameters, in the file's order.
+    pub parameters: Vec<Parameter>,
+    /// Inputs.
+    pub inputs: Vec<Quantity>,
+    /// Second-order coordinates.
+    pub coordinates: Vec<Coordinate>,
+    /// First-order states.
+    pub states: Vec<Quantity>,
+    /// Effects written in the file, as found by a diagnosis or by hand.
+    pub effects: Vec<ModelEffect>,
+    /// What the recordings measure; empty: columns carry the names of channels.
+    pub measurements: Vec<Measurement>,
+    /// Column of time in the recordings.
+    pub time_column: String,
+    /// What the inputs do between samples.
+    pub hold: Hold,
+    equations: Nodes,
+}
+
+/// A parameter of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// What the model believes.
+    pub value: f64,
+    /// Its unit, as written.
+    pub unit: String,
+    /// Relative standard deviation of that belief; 0 is known exactly.
+    pub tolerance: f64,
+}
+
+impl Parameter {
+    /// Standard deviation of the belief, in the parameter's unit.
+    #[must_use]
+    pub fn std(&self) -> f64 {
+        self.tolerance * self.value.abs()
+    }
+}
+
+/// A named quantity with its unit: an input or a first-order state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// Its name.
+    pub name: String,
+    /// Its unit, as written.
+    pub unit: String,
+}
+
+/// A second-order coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coordinate {
+    /// Its name.
+    pub name: String,
+    /// Name of its velocity.
+    pub velocity: String,
+    /// Its unit, as written.
+    pub unit: String,
+}
+
+/// An effect of the catalogue in this model.
+#[derive(Clone, Debug)]
+pub struct ModelEffect {
+    /// The catalogue's entry.
+    pub effect: &'static Effect,
+    /// Index of the channel it acts on: a force channel, an input or a state of the machine,
+    /// whichever [`Law`] it has.
+    pub channel: usize,
+    /// The other force channel of a coupling.
+    pub other: Option<usize>,
+    /// Physical parameters, in the catalogue's order.
+    pub parameters: Vec<f64>,
+    /// Their standard deviations, where the file gives them.
+    pub std: Vec<Option<f64>>,
+}
+
+/// What a column of the recordings measures.
+#[derive(Clone, Debug)]
+pub struct Measurement {
+    /// The column.
+    pub column: String,
+    /// Unit of the column; empty: that of the quantity.
+    pub unit: String,
+    /// What it measures.
+    pub of: Measured,
+    /// The text after `of =`.
+    pub text: String,
+}
+
+/// What a column can measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measured {
+    /// An entry of the machine's state: coordinates, then velocities, then first-order states.
+    State(usize),
+    /// An input.
+    Input(usize),
+    /// An expression of states.
+    Expression(NodeId),
+}
+
+/// The model's equations as nodes of one graph.
+#[derive(Clone, Debug, Default)]
+struct Nodes {
+    graph: Graph,
+    /// Mass matrix, row-major.
+    mass: Vec<NodeId>,
+    /// Generalised forces of the coordinates, then derivatives of the first-order states.
+    force: Vec<NodeId>,
+}
+
+impl Model {
+    /// Number of force channels: coordinates, then first-order states.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        self.coordinates.len() + self.states.len()
+    }
+
+    /// Length of the machine's state (effects' memory apart): coordinates, velocities, states.
+    #[must_use]
+    pub fn machine_states(&self) -> usize {
+        2 * self.coordinates.len() + self.states.len()
+    }
+
+    /// Name of a force channel.
+    #[must_use]
+    pub fn channel_name(&self, channel: usize) -> &str {
+        match self.coordinates.get(channel) {
+            Some(coordinate) => &coordinate.name,
+            None => &self.states[channel - self.coordinates.len()].name,
+        }
+    }
+
+    /// Whether a force channel is a second-order coordinate.
+    #[must_use]
+    pub fn is_coordinate(&self, channel: usize) -> bool {
+        channel < self.coordinates.len()
+    }
+
+    /// Index in the machine's state of a channel's coordinate or first-order state.
+    #[must_use]
+    pub fn coordinate_index(&self, channel: usize) -> usize {
+        if self.is_coordinate(channel) { channel } else { channel + self.coordinates.len() }
+    }
+
+    /// Index in the machine's state of a channel's velocity; a first-order state is its own,
+    /// see [`lacuna_effects::Local`].
+    #[must_use]
+    pub fn velocity_index(&self, channel: usize) -> usize {
+        channel + self.coordinates.len()
+    }
+
+    /// Name of an entry of the machine's state.
+    #[must_use]
+    pub fn state_name(&self, index: usize) -> &str {
+        let n = self.coordinates.len();
+        match index {
+            i if i < n => &self.coordinates[i].name,
+            i if i < 2 * n => &self.coordinates[i - n].velocity,
+            i => &self.states[i - 2 * n].name,
+        }
+    }
+
+    /// Unit of an entry of the machine's state.
+    #[must_use]
+    pub fn state_unit(&self, index: usize) -> String {
+        let n = self.coordinates.len();
+        match index {
+            i if i < n => self.coordinates[i].unit.clone(),
+            i if i < 2 * n => per_second(&self.coordinates[i - n].unit),
+            i => self.states[i - 2 * n].unit.clone(),
+        }
+    }
+
+    /// Unit of a channel's generalised force: N m for angles, N for lengths, and the unit per
+    /// second for first-order states.
+    #[must_use]
+    pub fn force_unit(&self, channel: usize) -> String {
+        match self.coordinates.get(channel).map(|c| c.unit.as_str()) {
+            Some("rad" | "deg" | "rev") => "N m".to_owned(),
+            Some("m" | "mm" | "cm" | "um") => "N".to_owned(),
+            // Electrical and abstract analogues state their own force unit nowhere.
+            Some(_) => "force".to_owned(),
+            None => per_second(&self.states[channel - self.coordinates.len()].unit),
+        }
+    }
+
+    /// Units of the physical parameters of an effect on a channel or input of this model.
+    #[must_use]
+    pub fn effect_units(&self, effect: &Effect, channel: usize) -> Vec<String> {
+        let (force, coordinate, input) = match effect.law {
+            Law::Force(_) => {
+                let index = self.coordinate_index(channel);
+                (self.force_unit(channel), self.state_unit(index), String::new())
+            }
+            Law::Input(_) => (String::new(), String::new(), self.inputs[channel].unit.clone()),
+            Law::Sensor(_) => (String::new(), self.state_unit(channel), String::new()),
+        };
+        let first_order = matches!(effect.law, Law::Force(_)) && !self.is_coordinate(channel);
+        let text = |p: &lacuna_effects::Parameter| {
+            let mut unit = p.unit;
+            if first_order && unit == lacuna_effects::Dimension::VELOCITY {
+                unit = lacuna_effects::Dimension::COORDINATE;
+            }
+            unit.text(&force, &coordinate, &input)
+        };
+        effect.parameters.iter().map(text).collect()
+    }
+
+    /// Name of what an effect acts on.
+    #[must_use]
+    pub fn effect_channel_name(&self, effect: &Effect, channel: usize) -> &str {
+        match effect.law {
+            Law::Force(_) => self.channel_name(channel),
+            Law::Input(_) => &self.inputs[channel].name,
+            Law::Sensor(_) => self.state_name(channel),
+        }
+    }
+
+    /// Nominal parameter values.
+    #[must_use]
+    pub fn values(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.value).collect()
+    }
+
+    /// The effective inputs (row-major, as `commands`) after the input effects of this model.
+    #[must_use]
+    pub fn effective_inputs(&self, times: &[f64], commands: &[f64]) -> Vec<f64> {
+        let m = self.inputs.len();
+        let mut effective = commands.to_vec();
+        for e in &self.effects {
+            let Law::Input(law) = e.effect.law else { continue };
+            let column: Vec<f64> = effective.iter().skip(e.channel).step_by(m).copied().collect();
+            let out = law.transform(&e.parameters, times, &column);
+            for (k, value) in out.into_iter().enumerate() {
+                effective[k * m + e.channel] = value;
+            }
+        }
+        effective
+    }
+
+    /// What the sensors make of an entry of the machine's state.
+    #[must_use]
+    pub fn observed(&self, state: usize, times: &[f64], truth: Vec<f64>) -> Vec<f64> {
+        self.effects.iter().filter(|e| e.channel == state).fold(truth, |series, e| {
+            match e.effect.law {
+                Law::Sensor(law) => law.observe(&e.parameters, times, &series),
+                _ => series,
+            }
+        })
+    }
+}
+
+/// The unit of a rate.
+fn per_second(unit: &str) -> String {
+    lacuna_effects::Dimension::VELOCITY.text("", unit, "")
+}

@@ -1,0 +1,158 @@
+//! Model files: what is read is what is simulated, and mistakes are told with their place.
+
+use lacuna_plants::{Model, Plant, System, TwoLinkArm};
+
+const TWO_LINK: &str = r#"
+name = "two_link"
+[parameters]
+p1 = { value = 3.473, unit = "kg m^2", tolerance = 0.1 }
+p2 = { value = 0.196, unit = "kg m^2" }
+p3 = { value = 0.242, unit = "kg m^2" }
+[[input]]
+name = "tau1"
+unit = "N m"
+[[input]]
+name = "tau2"
+unit = "N m"
+[[coordinate]]
+name = "q1"
+velocity = "dq1"
+unit = "rad"
+[[coordinate]]
+name = "q2"
+velocity = "dq2"
+unit = "rad"
+[mechanics]
+mass  = [["p1 + 2*p3*cos(q2)", "p2 + p3*cos(q2)"], ["p2 + p3*cos(q2)", "p2"]]
+force = ["tau1 + p3*sin(q2)*dq2*dq1 + p3*sin(q2)*(dq1 + dq2)*dq2 - 5.3*dq1 - 8.45*tanh(dq1)",
+         "tau2 - p3*sin(q2)*dq1*dq1 - 1.1*dq2 - 2.35*tanh(dq2)"]
+"#;
+
+fn read(text: &str) -> Model {
+    Model::from_text(text, "model.toml").unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn error(text: &str) -> String {
+    match Model::from_text(text, "model.toml") {
+        Ok(_) => panic!("no error in\n{text}"),
+        Err(e) => e.to_string(),
+    }
+}
+
+#[test]
+fn a_model_file_moves_as_the_arm_written_in_rust() {
+    let (file, native) = (System::new(&read(TWO_LINK)), TwoLinkArm::default());
+    let (mut a, mut b) = ([0.0; 4], [0.0; 4]);
+    for k in 0..50 {
+        let s = |j: usize| (1.3 * (k * 7 + j * 3) as f64).sin() * 2.0;
+        let (state, u) = ([s(0), s(1), s(2), s(3)], [s(4) * 10.0, s(5)]);
+        file.derivative(0.0, &state, &u, &mut a);
+        native.derivative(0.0, &state, &u, &mut b);
+        for (x, y) in a.iter().zip(&b) {
+            assert!((x - y).abs() < 1e-11 * (1.0 + y.abs()), "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn three_coordinates_are_solved_like_a_known_inverse() {
+    let text = r#"
+name = "three"
+[[coordinate]]
+name = "a"
+velocity = "da"
+[[coordinate]]
+name = "b"
+velocity = "db"
+[[coordinate]]
+name = "c"
+velocity = "dc"
+[mechanics]
+mass = [["0", "2", "1"], ["2", "3", "0"], ["1", "0", "4"]]
+force = ["7", "8", "13"]
+"#;
+    // Forces made from accelerations (1, 2, 3): [0 2 1; 2 3 0; 1 0 4] (1, 2, 3) = (7, 8, 13).
+    let mut derivative = [0.0; 6];
+    System::new(&read(text)).derivative(0.0, &[0.0; 6], &[], &mut derivative);
+    for (found, expected) in derivative[3..].iter().zip([1.0, 2.0, 3.0]) {
+        assert!((found - expected).abs() < 1e-14);
+    }
+}
+
+#[test]
+fn effects_of_the_file_act() {
+    let effect = |class: &str, rest: &str| {
+        format!("{TWO_LINK}\n[[effect]]\nclass = \"{class}\"\nchannel = \"q2\"\n{rest}\n")
+    };
+    let force_on_q2 = |text: &str, state: [f64; 4]| {
+        let (model, plain) = (read(text), read(TWO_LINK));
+        let system = System::new(&model);
+        let (mut with, mut without) = ([0.0; 8], [0.0; 4]);
+        let full = system.at_rest(&state);
+        system.derivative(0.0, &full, &[0.0, 0.0], &mut with[..full.len()]);
+        System::new(&plain).derivative(0.0, &state, &[0.0, 0.0], &mut without);
+        // M (difference of accelerations) = added force; row 2 of M.
+        let (p2, p3) = (0.196, 0.242);
+        let m21 = p2 + p3 * state[1].cos();
+        m21 * (with[2] - without[2]) + p2 * (with[3] - without[3])
+    };
+    let state = [0.2, -0.5, 0.7, -1.5];
+    let coulomb =
+        effect("coulomb_friction", "magnitude = { value = 2.0, std = 0.1, unit = \"N m\" }");
+    assert!((force_on_q2(&coulomb, state) - 2.0).abs() < 1e-12);
+    let drag = effect("quadratic_drag", "coefficient = 0.5");
+    assert!((force_on_q2(&drag, state) - 0.5 * 1.5 * 1.5).abs() < 1e-12);
+    let stop = effect("end_stop", "position = -0.4\nstiffness = 30");
+    assert!((force_on_q2(&stop, state) - 30.0 * 0.1).abs() < 1e-12);
+    let spring = effect("coupling_stiffness", "other = \"q1\"\nstiffness = 3");
+    assert!((force_on_q2(&spring, state) - 3.0 * (0.2 + 0.5)).abs() < 1e-12);
+}
+
+#[test]
+fn mistakes_are_told_with_line_and_column() {
+    let e = error(&TWO_LINK.replace("- 1.1*dq2", "- 1.1*dq3"));
+    assert!(e.starts_with("model.toml:24:43: "), "{e}");
+    assert!(e.contains("unknown name 'dq3'") && e.contains("did you mean 'dq"), "{e}");
+    assert!(e.contains("\"tau2 - p3*sin(q2)") && e.trim_end().ends_with("^^^"), "{e}");
+
+    let e = error(&TWO_LINK.replace("tolerance = 0.1", "tolerence = 0.1"));
+    assert!(e.starts_with("model.toml:4:") && e.contains("tolerence"), "{e}");
+    let e = error(&TWO_LINK.replace("tolerance = 0.1", "tolerance = -0.1"));
+    assert!(e.starts_with("model.toml:4:") && e.contains("-0.1"), "{e}");
+    let e = error(&TWO_LINK.replace("value = 3.473", "value = \"3\""));
+    assert!(e.starts_with("model.toml:4:"), "{e}");
+    let e = error(&TWO_LINK.replace("name = \"tau2\"", "name = \"tau1\""));
+    assert!(e.starts_with("model.toml:11:") && e.contains("declared twice"), "{e}");
+    let e = error(&TWO_LINK.replace(", \"p2\"]]", "]]"));
+    assert!(e.contains("2 x 2") && e.contains("2, 1"), "{e}");
+    let e = error(&TWO_LINK.replace("p1 + 2*p3*cos(q2)", "0").replace("p2 + p3*cos(q2)", "0"));
+    assert!(e.contains("singular"), "{e}");
+    let e = error("name = \"empty\"");
+    assert!(e.contains("nothing moves"), "{e}");
+    let e = error("name = ");
+    assert!(e.starts_with("model.toml:1:"), "{e}");
+}
+
+#[test]
+fn mistakes_in_effects_are_told() {
+    let with = |effect: &str| error(&format!("{TWO_LINK}\n[[effect]]\n{effect}\n"));
+    let e = with("class = \"coulomb\"\nchannel = \"q1\"");
+    assert!(
+        e.contains("did you mean 'coulomb_friction'") && e.starts_with("model.toml:26:"),
+        "{e}"
+    );
+    let e = with("class = \"coulomb_friction\"\nchannel = \"q9\"\nmagnitude = 1");
+    assert!(e.contains("unknown channel 'q9'; there are q1, q2"), "{e}");
+    let e = with("class = \"coulomb_friction\"\nchannel = \"q1\"");
+    assert!(e.contains("needs 'magnitude' (N m)"), "{e}");
+    let e = with("class = \"coulomb_friction\"\nchannel = \"q1\"\nmagnitude = -1");
+    assert!(e.contains("0 or more"), "{e}");
+    let e = with(
+        "class = \"coulomb_friction\"\nchannel = \"q1\"\nmagnitude = { value = 1, unit = \"kg\" }",
+    );
+    assert!(e.contains("given in kg") && e.contains("N m"), "{e}");
+    let e = with("class = \"input_delay\"\nchannel = \"q1\"\ndelay = 0.1");
+    assert!(e.contains("acts on an input"), "{e}");
+    let e = with("class = \"coupling_stiffness\"\nchannel = \"q1\"\nstiffness = 1");
+    assert!(e.contains("other"), "{e}");
+}
