@@ -165,7 +165,7 @@ impl Graph {
         self.nodes.len()
     }
 
-    pub(super) fn nodes(&self) -> &[Node] {
+    pub(crate) fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 

@@ -6,10 +6,49 @@
 
 use super::graph::{Binary, Graph, Node, NodeId, Unary};
 
+/// One operation on registers. The two kinds of operations are one flat code, so that the
+/// interpreter jumps once an instruction; a unary one ignores `b`.
 #[derive(Clone, Copy, Debug)]
-enum Instruction {
-    Unary { op: Unary, a: u32, to: u32 },
-    Binary { op: Binary, a: u32, b: u32, to: u32 },
+struct Instruction {
+    op: Code,
+    a: u16,
+    b: u16,
+    to: u16,
+}
+
+macro_rules! codes {
+    ($($unary:ident)*; $($binary:ident)*) => {
+        /// Operations of both kinds.
+        #[derive(Clone, Copy, Debug)]
+        enum Code { $($unary,)* $($binary,)* }
+
+        impl From<Unary> for Code {
+            fn from(op: Unary) -> Self {
+                match op { $(Unary::$unary => Self::$unary,)* }
+            }
+        }
+
+        impl From<Binary> for Code {
+            fn from(op: Binary) -> Self {
+                match op { $(Binary::$binary => Self::$binary,)* }
+            }
+        }
+
+        impl Code {
+            #[inline(always)]
+            fn apply(self, a: f64, b: f64) -> f64 {
+                match self {
+                    $(Self::$unary => Unary::$unary.apply(a),)*
+                    $(Self::$binary => Binary::$binary.apply(a, b),)*
+                }
+            }
+        }
+    };
+}
+
+codes! {
+    Negate Sin Cos Tan Asin Acos Atan Sinh Cosh Tanh Exp Log Sqrt Abs Sign Square Cube;
+    Add Subtract Multiply Divide Power Atan2 Min Max
 }
 
 /// A compiled set of expressions. Variables with a slot below `parameters` are frozen by
@@ -72,7 +111,8 @@ impl Program {
     pub fn evaluate(&self, bound: &Bound, variables: &[f64], outputs: &mut [f64]) {
         // The registers live on the stack; small programs need not clear a large one.
         match self.registers {
-            0..=64 => self.run::<64>(bound, variables, outputs),
+            0..=32 => self.run::<32>(bound, variables, outputs),
+            33..=64 => self.run::<64>(bound, variables, outputs),
             65..=256 => self.run::<256>(bound, variables, outputs),
             257..=2048 => self.run::<2048>(bound, variables, outputs),
             n => self.run_in(&mut vec![0.0; n], bound, variables, outputs),
@@ -90,13 +130,8 @@ impl Program {
         for (register, &slot) in r[frozen..].iter_mut().zip(&self.variables) {
             *register = variables[slot as usize];
         }
-        for &instruction in &self.body {
-            match instruction {
-                Instruction::Unary { op, a, to } => r[to as usize] = op.apply(r[a as usize]),
-                Instruction::Binary { op, a, b, to } => {
-                    r[to as usize] = op.apply(r[a as usize], r[b as usize]);
-                }
-            }
+        for &Instruction { op, a, b, to } in &self.body {
+            r[to as usize] = op.apply(r[a as usize], r[b as usize]);
         }
         for (output, &register) in outputs.iter_mut().zip(&self.outputs) {
             *output = r[register as usize];
@@ -174,13 +209,13 @@ impl<'a> Compiler<'a> {
                 next - 1
             });
             register[k] = to;
-            body.push(match node(self.graph, k) {
-                Node::Unary(op, _) => Instruction::Unary { op, a: sources[0], to },
-                Node::Binary(op, ..) => {
-                    Instruction::Binary { op, a: sources[0], b: sources[1], to }
-                }
+            let op = match node(self.graph, k) {
+                Node::Unary(op, _) => op.into(),
+                Node::Binary(op, ..) => op.into(),
                 Node::Constant(_) | Node::Variable(_) => unreachable!("only operations get here"),
-            });
+            };
+            let (a, b) = (small(sources[0]), small(sources[sources.len() - 1]));
+            body.push(Instruction { op, a, b, to: small(to) });
         }
         let outputs = self.outputs.iter().map(|o| register[o.index()]).collect();
         Program {
@@ -227,6 +262,11 @@ impl<'a> Compiler<'a> {
         }
         last
     }
+}
+
+/// Registers are numbered with 16 bits: the reader refuses models that need more.
+fn small(register: u32) -> u16 {
+    u16::try_from(register).expect("a model needs fewer than 65536 registers")
 }
 
 fn node(graph: &Graph, k: usize) -> Node {

@@ -12,6 +12,9 @@ use serde::Deserialize;
 use std::path::Path;
 use toml::Spanned;
 
+/// Programs number their registers with 16 bits.
+const LARGEST: usize = 60_000;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -311,6 +314,9 @@ impl Reader<'_> {
         for s in &raw.state {
             let node = self.expression(&s.derivative, &mut nodes.graph, names)?;
             nodes.force.push(node);
+        }
+        if nodes.graph.nodes().len() > LARGEST {
+            return Err(self.whole("the model's expressions hold more than 60 000 operations"));
         }
         Ok(nodes)
     }

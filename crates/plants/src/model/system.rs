@@ -46,7 +46,7 @@ impl Equations {
 }
 
 /// Most variables and outputs that are evaluated without touching the heap.
-const ON_STACK: usize = 48;
+const ON_STACK: usize = 20;
 
 /// A model with its parameters and force effects set: a plant that can be simulated.
 /// Input effects are applied to the input series beforehand
