@@ -14,10 +14,22 @@
 
 mod csv;
 mod error;
+mod hold;
+mod noise;
 mod recording;
+mod sampling;
+mod signal;
+mod smoother;
 mod source;
+mod units;
 
 pub use crate::csv::{read_csv, write_csv, write_csv_with_time};
 pub use error::RecordingError;
+pub use hold::{InputHold, resample_input};
+pub use noise::{NoiseEstimate, estimate_noise, estimate_noise_pooled};
 pub use recording::{Column, Recording};
+pub use sampling::{Gap, Sampling};
+pub use signal::SignalError;
+pub use smoother::{Prior, Smoothed, Smoother, Trajectory};
 pub use source::{RecordingSource, Selection, SourceError};
+pub use units::{Dimension, Unit, UnitError, convert, convert_factor};
