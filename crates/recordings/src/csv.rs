@@ -442,9 +442,16 @@ fn check_writable(
 }
 
 fn to_text(recording: &Recording, time_column: &str) -> io::Result<Vec<u8>> {
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
     let names = recording.columns.iter().map(|column| column.name.as_str());
-    writer.write_record(std::iter::once(time_column).chain(names))?;
+    let names: Vec<&str> = std::iter::once(time_column).chain(names).collect();
+    // A reader that looks for the separator must not find another one within a name, nor
+    // take the header for a comment.
+    let misleading = names.iter().any(|name| name.contains([';', '\t', '#']));
+    let style = if misleading { ::csv::QuoteStyle::Always } else { ::csv::QuoteStyle::Necessary };
+    let mut writer = ::csv::WriterBuilder::new().quote_style(style).from_writer(Vec::new());
+    writer.write_record(names)?;
+    let text = writer.into_inner().map_err(|error| error.into_error())?;
+    let mut writer = ::csv::Writer::from_writer(text);
     for (row, &time) in recording.time.iter().enumerate() {
         let values = recording.columns.iter().map(|column| column.values[row]);
         writer.write_record(std::iter::once(time).chain(values).map(cell))?;

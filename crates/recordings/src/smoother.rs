@@ -34,6 +34,9 @@
 //! those of the second derivative, as sines are smoother than the prior believes
 //! (`tests/smoother.rs`, which also compares with a dense solution of the same prior).
 
+// Triangular matrices are walked by their indices, as on paper.
+#![allow(clippy::needless_range_loop)]
+
 use crate::sampling::Sampling;
 use crate::signal::{SignalError, check_pairs};
 

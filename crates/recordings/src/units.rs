@@ -96,11 +96,11 @@ pub enum UnitError {
         /// Unit of the values.
         from: String,
         /// Its dimension.
-        from_dimension: Dimension,
+        from_dimension: Box<Dimension>,
         /// Unit wanted.
         to: String,
         /// Its dimension.
-        to_dimension: Dimension,
+        to_dimension: Box<Dimension>,
     },
     /// A factor alone cannot convert between temperature scales with different zeros.
     #[error("'{from}' and '{to}' have different zeros: no factor alone converts them")]
@@ -149,9 +149,9 @@ impl Unit {
         let turns =
             self.dimension.cycles_to(&other.dimension).ok_or_else(|| UnitError::Incompatible {
                 from: self.text.clone(),
-                from_dimension: self.dimension,
+                from_dimension: Box::new(self.dimension),
                 to: other.text.clone(),
-                to_dimension: other.dimension,
+                to_dimension: Box::new(other.dimension),
             })?;
         let factor = self.factor / other.factor * (2.0 * PI).powf(turns);
         Ok((factor, (self.offset - other.offset) / other.factor))

@@ -21,6 +21,7 @@ fn pair() -> impl Strategy<Value = (&'static str, &'static str)> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn conversion_back_gives_the_value_again((from, to) in pair(), value in -1e6f64..1e6) {
         let (from, to) = (Unit::parse(from).unwrap(), Unit::parse(to).unwrap());
