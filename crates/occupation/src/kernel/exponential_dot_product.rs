@@ -1,0 +1,25 @@
+use serde::{Deserialize, Serialize};
+
+use super::{Kernel, KernelError, dot, positive};
+
+/// K(x, y) = exp(x . y / mu), the paper's kernel.
+///
+/// It is the limit of [`super::Polynomial`] kernels of growing degree: every monomial is among its features.
+/// Its values grow as exp(|x|^2 / mu), so mu should not be far below the largest |x|^2.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExponentialDotProduct {
+    /// Scale mu > 0, in squared units of the arguments.
+    pub mu: f64,
+}
+
+impl ExponentialDotProduct {
+    pub(super) fn validate(&self) -> Result<(), KernelError> {
+        positive("mu", self.mu)
+    }
+}
+
+impl Kernel for ExponentialDotProduct {
+    fn evaluate(&self, x: &[f64], y: &[f64]) -> f64 {
+        (dot(x, y) / self.mu).exp()
+    }
+}

@@ -1,0 +1,301 @@
+//! Control occupation kernel regression: from trajectories to an [`IdentifiedModel`].
+
+use faer::Mat;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::gram::gram_matrix;
+use crate::identified::IdentifiedModel;
+use crate::kernel::{KernelError, KernelSpec};
+use crate::linear::{NonPositivePivot, solve_positive_definite};
+use crate::occupation_kernels::OccupationKernels;
+use crate::quadrature::Quadrature;
+use crate::test_function::{InitialDerivative, TestFunction, TestFunctionError};
+use crate::trajectory::TrajectoryData;
+use crate::whitening::{BandedCholesky, WhiteningError};
+
+/// Settings of a regression of x^(s) = f(x) + g(x) u.
+///
+/// The paper's second-order study, for example: exponential dot product kernel with mu = 5, `order` 2, endpoint test
+/// function, Simpson, lambda = 1e-3, forward difference, no whitening.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Regression {
+    /// Scalar kernel K of each of the m + 1 blocks.
+    pub kernel: KernelSpec,
+    /// Order s of the dynamics, 1 or more.
+    pub order: usize,
+    /// Weights phi(t) under which the trajectories are integrated.
+    pub test_function: TestFunction,
+    /// How integrals are approximated.
+    pub quadrature: Quadrature,
+    /// Ridge lambda > 0: of G, or with `whiten` of L^-1 G L^-T, where it is the noise variance over the prior variance
+    /// of the kernel expansion.
+    pub lambda: f64,
+    /// Where initial derivatives come from (endpoint test function of order 2 or more only).
+    pub initial_derivative: InitialDerivative,
+    /// Whether right-hand sides are whitened by their noise covariance L L^T for white noise of unit variance on the
+    /// regressed coordinates.
+    pub whiten: bool,
+}
+
+/// The linear system of a regression before it is solved.
+#[derive(Debug, Clone)]
+pub struct WeakSystem {
+    /// The occupation kernels Gamma_a.
+    pub occupation: OccupationKernels,
+    /// Gram matrix G_ab = <Gamma_a, Gamma_b>, not whitened.
+    pub gram: Mat<f64>,
+    /// Right-hand sides Y_ai (occupation kernels x n), not whitened.
+    pub right_hand_sides: Mat<f64>,
+    /// Factor L of the covariance of the right-hand sides for white noise of unit variance, for whitened fits.
+    pub whitening: Option<BandedCholesky>,
+}
+
+impl Regression {
+    /// Solves (G + lambda I) W = Y, or whitened W = L^-T (L^-1 G L^-T + lambda I)^-1 L^-1 Y, and folds the weights W
+    /// into the identified model H(x) = \[f(x) g(x)\] = sum_a W_a Gamma_a(x)^T.
+    ///
+    /// Results do not depend on the number of threads. Tests: `tests/reference.rs`, `tests/closed_form.rs`,
+    /// `tests/recover.rs`.
+    ///
+    /// # Errors
+    /// No trajectory; trajectories of different n, m or d; kernel parameters, lambda, order or test function out of
+    /// range; missing initial derivatives; a system that is not positive definite, or whose solution is not finite.
+    pub fn fit(&self, trajectories: &[TrajectoryData]) -> Result<IdentifiedModel, FitError> {
+        let system = self.assemble(trajectories)?;
+        let weights = system.weights(self.lambda)?;
+        Ok(IdentifiedModel::fold(self.kernel.clone(), self.order, &system.occupation, &weights))
+    }
+
+    /// The occupation kernels of the trajectories, their Gram matrix and right-hand sides.
+    ///
+    /// # Errors
+    /// As [`Regression::fit`], but for those of lambda and the solution.
+    pub fn assemble(&self, trajectories: &[TrajectoryData]) -> Result<WeakSystem, FitError> {
+        let first = trajectories.first().ok_or(FitError::NoTrajectory)?;
+        if self.order == 0 {
+            return Err(FitError::Order);
+        }
+        self.kernel.validate(first.argument_count())?;
+        let mut occupation = OccupationKernels::new(first.argument_count(), first.input_count());
+        let (mut right_hand_sides, mut noise) = (Vec::new(), Vec::new());
+        for (index, data) in trajectories.iter().enumerate() {
+            check_same_shape(index, data, first)?;
+            let weak = self.weak_trajectory(index, data)?;
+            let before = occupation.samples();
+            occupation.append(data.arguments(), data.inputs(), weak.occupation);
+            right_hand_sides.extend(weak.right_hand_sides);
+            noise.extend(weak.noise.into_iter().map(|functional| functional.shifted(before)));
+        }
+        let whitening =
+            if self.whiten { Some(BandedCholesky::of_functionals(&noise)?) } else { None };
+        let gram = gram_matrix(&self.kernel, &occupation);
+        let n = first.dimension();
+        let right_hand_sides = Mat::from_fn(noise.len(), n, |a, i| right_hand_sides[a * n + i]);
+        Ok(WeakSystem { occupation, gram, right_hand_sides, whitening })
+    }
+
+    fn weak_trajectory(
+        &self,
+        index: usize,
+        data: &TrajectoryData,
+    ) -> Result<WeakTrajectory, FitError> {
+        let in_trajectory = |source| FitError::TestFunction { trajectory: index, source };
+        let occupation = self
+            .test_function
+            .functionals(data.times(), self.quadrature, 0)
+            .map_err(in_trajectory)?;
+        let noise = self
+            .test_function
+            .right_hand_sides(data.times(), self.quadrature, self.order, self.initial_derivative)
+            .map_err(in_trajectory)?;
+        let known = self.known_initial_part(index, data)?;
+        let n = data.dimension();
+        let value = |a: usize, i: usize| noise[a].apply_column(data.coordinates(), n, i) - known[i];
+        let right_hand_sides = (0..noise.len() * n).map(|k| value(k / n, k % n)).collect();
+        Ok(WeakTrajectory { occupation, noise, right_hand_sides })
+    }
+
+    /// sum_{1 <= k < s} y^(k)(0) T^k / k! from given derivatives; zero where the samples, or nothing, supply them.
+    fn known_initial_part(
+        &self,
+        index: usize,
+        data: &TrajectoryData,
+    ) -> Result<Vec<f64>, FitError> {
+        let n = data.dimension();
+        let mut known = vec![0.0; n];
+        let endpoint = matches!(self.test_function, TestFunction::Endpoint { .. });
+        if !endpoint || self.initial_derivative != InitialDerivative::Given {
+            return Ok(known);
+        }
+        let derivatives = data.initial_derivatives().unwrap_or_default();
+        let expected = (self.order - 1) * n;
+        if derivatives.len() != expected {
+            return Err(FitError::InitialDerivatives {
+                trajectory: index,
+                expected,
+                found: derivatives.len(),
+            });
+        }
+        let duration = data.times()[data.samples() - 1] - data.times()[0];
+        let mut taylor = 1.0;
+        for (k, derivative) in derivatives.chunks_exact(n).enumerate() {
+            taylor *= duration / (k + 1) as f64;
+            known.iter_mut().zip(derivative).for_each(|(sum, value)| *sum += taylor * value);
+        }
+        Ok(known)
+    }
+}
+
+struct WeakTrajectory {
+    /// phi w: what the occupation kernels integrate with.
+    occupation: Vec<crate::Functional>,
+    /// What the right-hand sides do to the samples of a coordinate, and so to its noise.
+    noise: Vec<crate::Functional>,
+    /// Functionals x n.
+    right_hand_sides: Vec<f64>,
+}
+
+fn check_same_shape(
+    index: usize,
+    data: &TrajectoryData,
+    first: &TrajectoryData,
+) -> Result<(), FitError> {
+    let counts = [
+        ("coordinates", first.dimension(), data.dimension()),
+        ("inputs", first.input_count(), data.input_count()),
+        ("arguments", first.argument_count(), data.argument_count()),
+    ];
+    match counts.into_iter().find(|(_, expected, found)| expected != found) {
+        Some((what, expected, found)) => {
+            Err(FitError::Shape { trajectory: index, what, expected, found })
+        }
+        None => Ok(()),
+    }
+}
+
+impl WeakSystem {
+    /// Weights W (occupation kernels x n): (G + lambda I) W = Y, or whitened
+    /// W = L^-T (L^-1 G L^-T + lambda I)^-1 L^-1 Y.
+    ///
+    /// # Errors
+    /// A lambda that is not positive; a matrix that is not positive definite (raise lambda); weights that are not finite.
+    pub fn weights(&self, lambda: f64) -> Result<Mat<f64>, FitError> {
+        if !(lambda > 0.0 && lambda.is_finite()) {
+            return Err(FitError::Lambda { found: lambda });
+        }
+        let (mut matrix, mut weights) = (self.gram.clone(), self.right_hand_sides.clone());
+        if let Some(factor) = &self.whitening {
+            // L^-1 G, then L^-1 of its transpose: L^-1 G L^-T as G is symmetric.
+            whiten_columns(factor, &mut matrix)?;
+            matrix = matrix.transpose().to_owned();
+            whiten_columns(factor, &mut matrix)?;
+            whiten_columns(factor, &mut weights)?;
+        }
+        (0..matrix.nrows()).for_each(|a| matrix[(a, a)] += lambda);
+        solve_positive_definite(&mut matrix, &mut weights).map_err(
+            |NonPositivePivot { index }| FitError::NotPositiveDefinite { index, lambda },
+        )?;
+        if let Some(factor) = &self.whitening {
+            for i in 0..weights.ncols() {
+                factor.solve_upper_in_place(weights.col_as_slice_mut(i))?;
+            }
+        }
+        check_finite(&weights)?;
+        Ok(weights)
+    }
+}
+
+fn whiten_columns(factor: &BandedCholesky, matrix: &mut Mat<f64>) -> Result<(), WhiteningError> {
+    matrix.as_mut().par_col_iter_mut().try_for_each(|column| {
+        let column =
+            column.try_as_col_major_mut().expect("columns of an owned matrix are contiguous");
+        factor.solve_lower_in_place(column.as_slice_mut())
+    })
+}
+
+fn check_finite(weights: &Mat<f64>) -> Result<(), FitError> {
+    for i in 0..weights.ncols() {
+        if let Some(index) = weights.col_as_slice(i).iter().position(|weight| !weight.is_finite()) {
+            return Err(FitError::NotFinite { index, coordinate: i });
+        }
+    }
+    Ok(())
+}
+
+/// A regression that cannot be carried out.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// No data at all.
+    #[error("expected at least one trajectory, found none")]
+    NoTrajectory,
+    /// A trajectory of another shape than the first.
+    #[error(
+        "trajectory {trajectory}: expected {expected} {what}, as in the first trajectory, found {found}"
+    )]
+    Shape {
+        /// Index of the trajectory.
+        trajectory: usize,
+        /// What differs.
+        what: &'static str,
+        /// Number in the first trajectory.
+        expected: usize,
+        /// Number in this one.
+        found: usize,
+    },
+    /// A differential equation of order zero.
+    #[error("the order of the dynamics must be at least 1, found 0")]
+    Order,
+    /// Kernel parameters out of range.
+    #[error(transparent)]
+    Kernel(#[from] KernelError),
+    /// A test function that does not suit a trajectory.
+    #[error("trajectory {trajectory}: {source}")]
+    TestFunction {
+        /// Index of the trajectory.
+        trajectory: usize,
+        /// What is wrong.
+        source: TestFunctionError,
+    },
+    /// Given initial derivatives that are missing or of the wrong number.
+    #[error(
+        "trajectory {trajectory}: expected {expected} initial derivatives (order - 1 times coordinates), found {found}"
+    )]
+    InitialDerivatives {
+        /// Index of the trajectory.
+        trajectory: usize,
+        /// (s - 1) n
+        expected: usize,
+        /// Number given.
+        found: usize,
+    },
+    /// A lambda that is no positive number.
+    #[error("lambda must be positive and finite, found {found}")]
+    Lambda {
+        /// Lambda given.
+        found: f64,
+    },
+    /// The noise covariance of the right-hand sides is singular.
+    #[error(transparent)]
+    Whitening(#[from] WhiteningError),
+    /// Rounding made the regularised Gram matrix indefinite.
+    #[error(
+        "G + lambda I is not positive definite at pivot {index} with lambda = {lambda:e}: a larger lambda is needed"
+    )]
+    NotPositiveDefinite {
+        /// Row of the pivot.
+        index: usize,
+        /// The ridge.
+        lambda: f64,
+    },
+    /// Overflow: kernel values too large for floating point.
+    #[error(
+        "weight {index} of coordinate {coordinate} is not finite: kernel values overflow, the kernel's scale is too small for the data"
+    )]
+    NotFinite {
+        /// Index of the occupation kernel.
+        index: usize,
+        /// Coordinate.
+        coordinate: usize,
+    },
+}
