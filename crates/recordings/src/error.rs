@@ -241,7 +241,7 @@ pub(crate) fn nearest<'a>(
     known
         .into_iter()
         .map(|name| (score(name), name))
-        .filter(|(score, _)| *score >= 0.7)
+        .filter(|(score, _)| *score >= 0.75)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name)
 }

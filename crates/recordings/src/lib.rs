@@ -9,8 +9,27 @@
 //!
 //! | on paper | in code | unit |
 //! | --- | --- | --- |
-//! | times t_k | [`Recording::time`], strictly increasing | s |
-//! | samples y_k, u_k | [`Recording::column`], NaN where missing | as in the file |
+//! | times t_k | [`Recording::time`], strictly increasing; [`Sampling`] finds dropped rows | s |
+//! | samples y_k | [`Recording::column`], NaN where missing | as in the file |
+//! | input u(t) between samples | [`resample_input`] | as in the file |
+//! | noise sigma | [`estimate_noise`], from sixth differences | as in the file |
+//! | trajectory gamma, gamma', gamma'' | [`Smoother`], with standard deviations | ... per s, s^2 |
+//!
+//! Files are named by a [`RecordingSource`] (`run.csv#rows=100..40575`), read by
+//! [`read_csv`] and written by [`write_csv`]; [`Unit`] and [`convert`] turn what a column
+//! holds into the unit that a model expects.
+//!
+//! ```
+//! use lacuna_recordings::{Smoother, Unit, convert, estimate_noise};
+//! let time: Vec<f64> = (0..400).map(|k| 0.01 * k as f64).collect();
+//! let degrees: Vec<f64> = time.iter().map(|t| (30.0 * t.sin()).round()).collect();
+//! let angle = convert(&degrees, &Unit::parse("deg")?, &Unit::parse("rad")?)?;
+//! let noise = estimate_noise(&time, &angle)?;
+//! assert!((noise.quantum.unwrap() - 1f64.to_radians()).abs() < 1e-12);
+//! let smooth = Smoother::fit(&time, &angle, noise.sd)?.at(&time);
+//! assert!((smooth.first[200] - 30f64.to_radians() * 2f64.cos()).abs() < 0.02);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod csv;
 mod error;

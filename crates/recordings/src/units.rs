@@ -403,7 +403,13 @@ impl<'a> Parser<'a> {
             return Ok((self.group()?, false));
         }
         if self.rest.starts_with(|c: char| c.is_ascii_digit()) {
-            return Ok((Scaled { dimension: Dimension::NONE, factor: self.number()? }, true));
+            let before = self.rest;
+            let factor = self.number()?;
+            if factor == 0.0 {
+                self.rest = before;
+                return Err(self.syntax("a positive number"));
+            }
+            return Ok((Scaled { dimension: Dimension::NONE, factor }, true));
         }
         let is_letter = |c: char| c.is_alphabetic() || "%\u{b0}".contains(c);
         let end = self.rest.find(|c| !is_letter(c)).unwrap_or(self.rest.len());
@@ -428,7 +434,7 @@ impl<'a> Parser<'a> {
         if self.take_one_of(")") { Ok(inside) } else { Err(self.syntax("')'")) }
     }
 
-    /// A positive number; an `e` belongs to it only if digits follow.
+    /// A number without a sign; an `e` belongs to it only if digits follow.
     fn number(&mut self) -> Result<f64, UnitError> {
         let digits = |text: &str| text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
         let mut end = digits(self.rest);
@@ -443,11 +449,11 @@ impl<'a> Parser<'a> {
             }
         }
         match self.rest[..end].parse::<f64>() {
-            Ok(number) if number > 0.0 && number.is_finite() => {
+            Ok(number) if number.is_finite() => {
                 self.rest = &self.rest[end..];
                 Ok(number)
             }
-            _ => Err(self.syntax("a positive number")),
+            _ => Err(self.syntax("a number")),
         }
     }
 

@@ -1,12 +1,9 @@
 //! Reading and writing CSV: what is tolerated, what is refused and how it is said.
 
-mod shared;
-
 use std::fs;
 
 use lacuna_recordings::{
-    Column, Recording, RecordingError, RecordingSource, Sampling, read_csv, write_csv,
-    write_csv_with_time,
+    Column, Recording, RecordingError, RecordingSource, read_csv, write_csv, write_csv_with_time,
 };
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -284,31 +281,4 @@ fn answered(bytes: &[u8]) -> Result<(), TestCaseError> {
         Err(error) => prop_assert!(error.to_string().contains("run.csv")),
     }
     Ok(())
-}
-
-#[test]
-fn published_recordings_are_read() {
-    let Some(real) = shared::folder("real") else { return };
-    let read = |name: &str, selection: &str| {
-        let source: RecordingSource =
-            format!("{}{selection}", real.join(name).display()).parse().unwrap();
-        read_csv(&source, "t_s").unwrap()
-    };
-    let emps = read("emps/emps_train.csv", "");
-    assert_eq!((emps.len(), emps.columns.len()), (24_841, 4));
-    assert!(Sampling::of(&emps.time).uniform);
-    let arrow = read("silverbox/silverbox_SNLS80mV.csv", "#rows=100..40575");
-    assert_eq!(arrow.len(), 40_475);
-    assert!((arrow.time[0] - 0.16384).abs() < 1e-12);
-    assert!((Sampling::of(&arrow.time).step - 0.0016384).abs() < 1e-12);
-    let tanks = read("cascaded_tanks/cascaded_tanks_test.csv", "");
-    assert_eq!((tanks.len(), Sampling::of(&tanks.time).step), (1024, 4.0));
-    for file in shared::sorted_entries(&real.join("dfki_double_pendulum")) {
-        if file.extension() == Some("csv".as_ref()) {
-            let run = read_csv(&RecordingSource::file(&file), "t_s").unwrap();
-            assert_eq!(run.columns.len(), 8);
-            let step = Sampling::of(&run.time).step;
-            assert!((step - 0.002).abs() < 2e-4, "{}: {step}", run.name);
-        }
-    }
 }
