@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use crate::functional::Functional;
 use crate::kernel::Kernel;
 use crate::occupation_kernels::OccupationKernels;
+use crate::vector::{coordinate_by_coordinate, scale_by_one_plus_dot_products};
 
 /// Samples that a group of functionals may span, and rows and columns of a tile of kernel values: tile and factors fit
 /// into a second-level cache.
@@ -86,15 +87,14 @@ fn block<K: Kernel + ?Sized>(
     q: &Group,
 ) -> Mat<f64> {
     let mut block = Mat::zeros(p.weights.ncols(), q.weights.ncols());
-    let mut values = vec![0.0; TILE.min(p.span.len()) * TILE.min(q.span.len())];
+    let mut tile = Tile::default();
     for rows in tiles(&p.span) {
         let mut right = Mat::zeros(rows.len(), q.weights.ncols());
         for columns in tiles(&q.span) {
-            let tile = &mut values[..rows.len() * columns.len()];
-            fill(kernel, occupation, &rows, &columns, tile);
-            let tile = MatRef::from_row_major_slice(tile, rows.len(), columns.len());
+            let values = tile.fill(kernel, occupation, &rows, &columns);
+            let values = MatRef::from_row_major_slice(values, rows.len(), columns.len());
             let weights = q.weights.as_ref().subrows(columns.start - q.span.start, columns.len());
-            matmul(right.as_mut(), Accum::Add, tile, weights, 1.0, Par::Seq);
+            matmul(right.as_mut(), Accum::Add, values, weights, 1.0, Par::Seq);
         }
         let weights = p.weights.as_ref().subrows(rows.start - p.span.start, rows.len());
         matmul(block.as_mut(), Accum::Add, weights.transpose(), right.as_ref(), 1.0, Par::Seq);
@@ -107,29 +107,49 @@ fn tiles(span: &Range<usize>) -> impl Iterator<Item = Range<usize>> + use<> {
     span.clone().step_by(TILE).map(move |start| start..end.min(start + TILE))
 }
 
-/// K(x_k, x_l) (1 + u_k . u_l) for k in `rows`, l in `columns`, row-major.
-fn fill<K: Kernel + ?Sized>(
-    kernel: &K,
-    occupation: &OccupationKernels,
-    rows: &Range<usize>,
-    columns: &Range<usize>,
-    tile: &mut [f64],
-) {
-    let (d, m) = (occupation.argument_count(), occupation.input_count());
-    let points = &occupation.arguments()[columns.start * d..columns.end * d];
-    let inputs = &occupation.inputs()[columns.start * m..columns.end * m];
-    for (k, values) in rows.clone().zip(tile.chunks_exact_mut(columns.len())) {
-        kernel.evaluate_row(occupation.argument(k), points, values);
-        if m > 0 {
-            weigh_by_inputs(occupation.input(k), inputs, values);
-        }
-    }
+/// Room for the values of a tile and for the points of its columns.
+#[derive(Default)]
+struct Tile {
+    values: Vec<f64>,
+    points: Vec<f64>,
+    inputs: Vec<f64>,
+    factors: Vec<f64>,
 }
 
-fn weigh_by_inputs(input: &[f64], inputs: &[f64], values: &mut [f64]) {
-    for (value, other) in values.iter_mut().zip(inputs.chunks_exact(input.len())) {
-        let product: f64 = input.iter().zip(other).map(|(a, b)| a * b).sum();
-        *value *= 1.0 + product;
+impl Tile {
+    /// K(x_k, x_l) (1 + u_k . u_l) for k in `rows`, l in `columns`, row-major.
+    fn fill<K: Kernel + ?Sized>(
+        &mut self,
+        kernel: &K,
+        occupation: &OccupationKernels,
+        rows: &Range<usize>,
+        columns: &Range<usize>,
+    ) -> &[f64] {
+        let (d, m) = (occupation.argument_count(), occupation.input_count());
+        coordinate_by_coordinate(
+            &occupation.arguments()[columns.start * d..columns.end * d],
+            d,
+            &mut self.points,
+        );
+        coordinate_by_coordinate(
+            &occupation.inputs()[columns.start * m..columns.end * m],
+            m,
+            &mut self.inputs,
+        );
+        self.values.resize(rows.len() * columns.len(), 0.0);
+        self.factors.resize(columns.len(), 0.0);
+        for (k, values) in rows.clone().zip(self.values.chunks_exact_mut(columns.len())) {
+            kernel.evaluate_row(occupation.argument(k), &self.points, values);
+            if m > 0 {
+                scale_by_one_plus_dot_products(
+                    occupation.input(k),
+                    &self.inputs,
+                    values,
+                    &mut self.factors,
+                );
+            }
+        }
+        &self.values
     }
 }
 

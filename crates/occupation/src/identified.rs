@@ -1,6 +1,7 @@
 //! The identified model: drift and control effectiveness as sums over samples.
 
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use faer::Mat;
@@ -8,11 +9,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::kernel::{Kernel, KernelError, KernelSpec};
 use crate::occupation_kernels::OccupationKernels;
+use crate::vector::{add_weighted_sums, coordinate_by_coordinate};
 
 /// Version of the saved form.
 const VERSION: u32 = 1;
 
-/// Kernel values computed at a time, on the stack.
+/// Samples in a tile: their kernel values stand on the stack.
 const TILE: usize = 128;
 
 /// H(x) = \[f(x) g(x)\] = sum_a W_a Gamma_a(x)^T, an n x (m + 1) matrix.
@@ -25,8 +27,15 @@ const TILE: usize = 128;
 ///
 /// costs one kernel value a sample, however many test functions overlap there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "SavedModel")]
+#[serde(into = "SavedModel", try_from = "SavedModel")]
 pub struct IdentifiedModel {
+    saved: SavedModel,
+    tiles: Vec<Tile>,
+}
+
+/// What a model's file holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct SavedModel {
     version: u32,
     kernel: KernelSpec,
     order: usize,
@@ -39,6 +48,18 @@ pub struct IdentifiedModel {
     coefficients: Vec<f64>,
     /// u_k, samples x m.
     sample_inputs: Vec<f64>,
+}
+
+/// Some samples, laid out for vectorised sums.
+#[derive(Debug, Clone, PartialEq)]
+struct Tile {
+    samples: usize,
+    /// x_k, coordinate by coordinate.
+    points: Vec<f64>,
+    /// beta_ki, coordinate by coordinate.
+    drift: Vec<f64>,
+    /// beta_ki u_kj, entry (i, j) by entry.
+    effectiveness: Vec<f64>,
 }
 
 impl IdentifiedModel {
@@ -60,7 +81,7 @@ impl IdentifiedModel {
                     .for_each(|(i, entry)| *entry += c * weights[(a, i)]);
             }
         }
-        let mut model = Self {
+        let mut saved = SavedModel {
             version: VERSION,
             kernel,
             order,
@@ -73,12 +94,21 @@ impl IdentifiedModel {
         };
         for (k, coefficient) in folded.chunks_exact(n).enumerate() {
             if coefficient.iter().any(|&entry| entry != 0.0) {
-                model.points.extend_from_slice(occupation.argument(k));
-                model.coefficients.extend_from_slice(coefficient);
-                model.sample_inputs.extend_from_slice(occupation.input(k));
+                saved.points.extend_from_slice(occupation.argument(k));
+                saved.coefficients.extend_from_slice(coefficient);
+                saved.sample_inputs.extend_from_slice(occupation.input(k));
             }
         }
-        model
+        Self::of_saved(saved)
+    }
+
+    fn of_saved(saved: SavedModel) -> Self {
+        let samples = saved.points.len() / saved.arguments;
+        let tiles = (0..samples)
+            .step_by(TILE)
+            .map(|start| saved.tile(start..samples.min(start + TILE)))
+            .collect();
+        Self { saved, tiles }
     }
 
     /// Writes the drift f(x) (n) and the control effectiveness g(x) (n x m, row-major) at x (d). Allocates nothing.
@@ -86,67 +116,49 @@ impl IdentifiedModel {
     /// # Errors
     /// A slice of another length than d, n or n m.
     pub fn evaluate(&self, x: &[f64], f: &mut [f64], g: &mut [f64]) -> Result<(), EvaluationError> {
-        check_length("x", self.arguments, x.len())?;
-        check_length("f", self.dimension, f.len())?;
-        check_length("g", self.dimension * self.inputs, g.len())?;
+        check_length("x", self.arguments(), x.len())?;
+        check_length("f", self.dimension(), f.len())?;
+        check_length("g", self.dimension() * self.inputs(), g.len())?;
         f.fill(0.0);
         g.fill(0.0);
         let mut values = [0.0; TILE];
-        for start in (0..self.samples()).step_by(TILE) {
-            let values = &mut values[..TILE.min(self.samples() - start)];
-            let end = start + values.len();
-            self.kernel.evaluate_row(
-                x,
-                &self.points[start * self.arguments..end * self.arguments],
-                values,
-            );
-            for (k, &value) in (start..end).zip(values.iter()) {
-                self.add_sample(k, value, f, g);
-            }
+        for tile in &self.tiles {
+            let values = &mut values[..tile.samples];
+            self.saved.kernel.evaluate_row(x, &tile.points, values);
+            add_weighted_sums(values, &tile.drift, f);
+            add_weighted_sums(values, &tile.effectiveness, g);
         }
         Ok(())
     }
 
-    fn add_sample(&self, k: usize, value: f64, f: &mut [f64], g: &mut [f64]) {
-        let coefficients = &self.coefficients[k * self.dimension..(k + 1) * self.dimension];
-        let input = &self.sample_inputs[k * self.inputs..(k + 1) * self.inputs];
-        for (i, coefficient) in coefficients.iter().enumerate() {
-            let part = coefficient * value;
-            f[i] += part;
-            for (entry, u) in g[i * self.inputs..(i + 1) * self.inputs].iter_mut().zip(input) {
-                *entry += part * u;
-            }
-        }
-    }
-
     /// Number n of coordinates.
     pub fn dimension(&self) -> usize {
-        self.dimension
+        self.saved.dimension
     }
 
     /// Number m of inputs.
     pub fn inputs(&self) -> usize {
-        self.inputs
+        self.saved.inputs
     }
 
     /// Number d of arguments x.
     pub fn arguments(&self) -> usize {
-        self.arguments
+        self.saved.arguments
     }
 
     /// Order s of the dynamics.
     pub fn order(&self) -> usize {
-        self.order
+        self.saved.order
     }
 
     /// Number of samples in the sums.
     pub fn samples(&self) -> usize {
-        self.points.len() / self.arguments
+        self.saved.points.len() / self.saved.arguments
     }
 
     /// The kernel K.
     pub fn kernel(&self) -> &KernelSpec {
-        &self.kernel
+        &self.saved.kernel
     }
 
     /// Writes the model as JSON, with its `version`; [`IdentifiedModel::load`] brings back the same bits.
@@ -173,57 +185,73 @@ fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(),
     if expected == found { Ok(()) } else { Err(EvaluationError { what, expected, found }) }
 }
 
-/// The fields of a model as they stand in a file, before they are checked.
-#[derive(Deserialize)]
-struct SavedModel {
-    version: u32,
-    kernel: KernelSpec,
-    order: usize,
-    dimension: usize,
-    inputs: usize,
-    arguments: usize,
-    points: Vec<f64>,
-    coefficients: Vec<f64>,
-    sample_inputs: Vec<f64>,
-}
+impl SavedModel {
+    fn tile(&self, samples: Range<usize>) -> Tile {
+        let (d, n, m) = (self.arguments, self.dimension, self.inputs);
+        let mut tile = Tile {
+            samples: samples.len(),
+            points: Vec::new(),
+            drift: Vec::new(),
+            effectiveness: Vec::new(),
+        };
+        coordinate_by_coordinate(
+            &self.points[samples.start * d..samples.end * d],
+            d,
+            &mut tile.points,
+        );
+        coordinate_by_coordinate(
+            &self.coefficients[samples.start * n..samples.end * n],
+            n,
+            &mut tile.drift,
+        );
+        for i in 0..n {
+            for j in 0..m {
+                let entry = |k: usize| self.coefficients[k * n + i] * self.sample_inputs[k * m + j];
+                tile.effectiveness.extend(samples.clone().map(entry));
+            }
+        }
+        tile
+    }
 
-impl TryFrom<SavedModel> for IdentifiedModel {
-    type Error = SavedModelError;
-
-    fn try_from(saved: SavedModel) -> Result<Self, SavedModelError> {
-        if saved.version != VERSION {
-            return Err(SavedModelError::Version { expected: VERSION, found: saved.version });
+    fn validate(&self) -> Result<(), SavedModelError> {
+        if self.version != VERSION {
+            return Err(SavedModelError::Version { expected: VERSION, found: self.version });
         }
         for (what, count) in
-            [("order", saved.order), ("dimension", saved.dimension), ("arguments", saved.arguments)]
+            [("order", self.order), ("dimension", self.dimension), ("arguments", self.arguments)]
         {
             if count == 0 {
                 return Err(SavedModelError::Zero { what });
             }
         }
-        saved.kernel.validate(saved.arguments)?;
-        let samples = saved.points.len() / saved.arguments;
+        self.kernel.validate(self.arguments)?;
+        let samples = self.points.len() / self.arguments;
         let lengths = [
-            ("points", saved.arguments, saved.points.len()),
-            ("coefficients", saved.dimension, saved.coefficients.len()),
-            ("sample_inputs", saved.inputs, saved.sample_inputs.len()),
+            ("points", self.arguments, self.points.len()),
+            ("coefficients", self.dimension, self.coefficients.len()),
+            ("sample_inputs", self.inputs, self.sample_inputs.len()),
         ];
         for (what, columns, found) in lengths {
             if columns.checked_mul(samples) != Some(found) {
                 return Err(SavedModelError::Length { what, samples, columns, found });
             }
         }
-        Ok(Self {
-            version: saved.version,
-            kernel: saved.kernel,
-            order: saved.order,
-            dimension: saved.dimension,
-            inputs: saved.inputs,
-            arguments: saved.arguments,
-            points: saved.points,
-            coefficients: saved.coefficients,
-            sample_inputs: saved.sample_inputs,
-        })
+        Ok(())
+    }
+}
+
+impl TryFrom<SavedModel> for IdentifiedModel {
+    type Error = SavedModelError;
+
+    fn try_from(saved: SavedModel) -> Result<Self, SavedModelError> {
+        saved.validate()?;
+        Ok(Self::of_saved(saved))
+    }
+}
+
+impl From<IdentifiedModel> for SavedModel {
+    fn from(model: IdentifiedModel) -> Self {
+        model.saved
     }
 }
 

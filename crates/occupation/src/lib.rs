@@ -73,6 +73,7 @@ pub mod quadrature;
 pub mod regression;
 pub mod test_function;
 pub mod trajectory;
+mod vector;
 pub mod whitening;
 
 pub use functional::Functional;

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Kernel, KernelError, dot, positive};
+use crate::vector::{exp, map_dot_products};
 
 /// K(x, y) = exp(x . y / mu), the paper's kernel.
 ///
@@ -20,6 +21,11 @@ impl ExponentialDotProduct {
 
 impl Kernel for ExponentialDotProduct {
     fn evaluate(&self, x: &[f64], y: &[f64]) -> f64 {
-        (dot(x, y) / self.mu).exp()
+        exp(dot(x, y) * (1.0 / self.mu))
+    }
+
+    fn evaluate_row(&self, x: &[f64], points: &[f64], values: &mut [f64]) {
+        let inverse = 1.0 / self.mu;
+        map_dot_products(x, points, values, |product| exp(product * inverse));
     }
 }

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Kernel, KernelError, positive_widths, scaled_squared_distance};
+use crate::vector::{exp, map_squared_distances};
 
 /// Matern kernels, r^2 = sum_i ((x_i - y_i) / w_i)^2:
 ///
@@ -35,18 +36,41 @@ impl Matern {
     }
 }
 
+#[inline(always)]
+fn half(squared: f64) -> f64 {
+    exp(-squared.sqrt())
+}
+
+#[inline(always)]
+fn three_halves(squared: f64) -> f64 {
+    let r = (3.0 * squared).sqrt();
+    (1.0 + r) * exp(-r)
+}
+
+#[inline(always)]
+fn five_halves(squared: f64) -> f64 {
+    let r = (5.0 * squared).sqrt();
+    (1.0 + r + r * r / 3.0) * exp(-r)
+}
+
 impl Kernel for Matern {
     fn evaluate(&self, x: &[f64], y: &[f64]) -> f64 {
         let squared = scaled_squared_distance(x, y, &self.widths);
         match self.smoothness {
-            Smoothness::Half => (-squared.sqrt()).exp(),
+            Smoothness::Half => half(squared),
+            Smoothness::ThreeHalves => three_halves(squared),
+            Smoothness::FiveHalves => five_halves(squared),
+        }
+    }
+
+    fn evaluate_row(&self, x: &[f64], points: &[f64], values: &mut [f64]) {
+        match self.smoothness {
+            Smoothness::Half => map_squared_distances(x, points, &self.widths, values, half),
             Smoothness::ThreeHalves => {
-                let r = (3.0 * squared).sqrt();
-                (1.0 + r) * (-r).exp()
+                map_squared_distances(x, points, &self.widths, values, three_halves)
             }
             Smoothness::FiveHalves => {
-                let r = (5.0 * squared).sqrt();
-                (1.0 + r + r * r / 3.0) * (-r).exp()
+                map_squared_distances(x, points, &self.widths, values, five_halves)
             }
         }
     }

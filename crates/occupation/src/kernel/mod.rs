@@ -21,12 +21,18 @@ pub trait Kernel: Send + Sync {
     /// K(x, y), for two points with the same number of coordinates d.
     fn evaluate(&self, x: &[f64], y: &[f64]) -> f64;
 
-    /// Writes `values[k] = K(x, points[k])` for points stored row after row (`values.len()` x d).
+    /// Writes `values[k]` = K(x, p_k) for as many points p_k as there are values, stored coordinate by coordinate:
+    /// `points[i * values.len() + k]` is coordinate i of p_k.
     ///
-    /// [`KernelSpec`] overrides this in order to choose its formula once a row, not once a value.
+    /// The kernels of this crate override it by a vectorised loop.
     fn evaluate_row(&self, x: &[f64], points: &[f64], values: &mut [f64]) {
-        for (value, point) in values.iter_mut().zip(points.chunks_exact(x.len())) {
-            *value = self.evaluate(x, point);
+        let (count, mut point) = (values.len(), vec![0.0; x.len()]);
+        for (k, value) in values.iter_mut().enumerate() {
+            point
+                .iter_mut()
+                .enumerate()
+                .for_each(|(i, coordinate)| *coordinate = points[i * count + k]);
+            *value = self.evaluate(x, &point);
         }
     }
 }
@@ -81,10 +87,7 @@ fn dot(x: &[f64], y: &[f64]) -> f64 {
 
 /// sum_i ((x_i - y_i) / w_i)^2, with one width for all dimensions or one per dimension.
 fn scaled_squared_distance(x: &[f64], y: &[f64], widths: &[f64]) -> f64 {
-    if let [width] = widths {
-        let squared: f64 = x.iter().zip(y).map(|(a, b)| (a - b) * (a - b)).sum();
-        return squared / (width * width);
-    }
-    let scaled = x.iter().zip(y).zip(widths).map(|((a, b), width)| (a - b) / width);
+    let scaled =
+        x.iter().zip(y).zip(widths.iter().cycle()).map(|((a, b), width)| (a - b) * (1.0 / width));
     scaled.map(|difference| difference * difference).sum()
 }

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Kernel, KernelError, dot, positive};
+use crate::vector::map_dot_products;
 
 /// K(x, y) = (x . y / scale + offset)^degree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,16 +27,27 @@ impl Polynomial {
 
 impl Kernel for Polynomial {
     fn evaluate(&self, x: &[f64], y: &[f64]) -> f64 {
-        let base = dot(x, y) / self.scale + self.offset;
-        // Repeated squaring by hand: `powi` takes an i32, and its rounding is unspecified.
-        let (mut power, mut square, mut degree) = (1.0, base, self.degree);
-        while degree > 0 {
-            if degree & 1 == 1 {
-                power *= square;
-            }
-            square *= square;
-            degree >>= 1;
-        }
-        power
+        power(dot(x, y) * (1.0 / self.scale) + self.offset, self.degree)
     }
+
+    fn evaluate_row(&self, x: &[f64], points: &[f64], values: &mut [f64]) {
+        let inverse = 1.0 / self.scale;
+        map_dot_products(x, points, values, |product| {
+            power(product * inverse + self.offset, self.degree)
+        });
+    }
+}
+
+/// Repeated squaring: `powi` takes an i32, and its rounding differs between platforms.
+#[inline(always)]
+fn power(base: f64, mut degree: u32) -> f64 {
+    let (mut power, mut square) = (1.0, base);
+    while degree > 0 {
+        if degree & 1 == 1 {
+            power *= square;
+        }
+        square *= square;
+        degree >>= 1;
+    }
+    power
 }
