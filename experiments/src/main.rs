@@ -1,2 +1,7 @@
-//! Studies.
-fn main() {}
+//! `cargo run -p experiments -- NAME`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    experiments::cli::run()
+}

@@ -1,0 +1,59 @@
+//! Why a study could not be finished.
+
+use lacuna_control::ControlError;
+use lacuna_excitation::{InitialStateError, NoiseError, SinusoidError};
+use lacuna_occupation::{EvaluationError, FitError, TrajectoryError};
+use lacuna_plants::SimulationError;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Failures of the studies.
+#[derive(Debug, Error)]
+pub enum StudyError {
+    /// Initial states could not be laid out.
+    #[error(transparent)]
+    InitialStates(#[from] InitialStateError),
+    /// No input could be drawn.
+    #[error(transparent)]
+    Input(#[from] SinusoidError),
+    /// No noise could be drawn.
+    #[error(transparent)]
+    Noise(#[from] NoiseError),
+    /// The plant could not be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The samples make no trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+    /// The regression failed.
+    #[error(transparent)]
+    Regression(#[from] FitError),
+    /// The identified model does not have the arguments and coordinates of the plant.
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationError),
+    /// The controlled plant could not be simulated.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// A figure could not be drawn.
+    #[error("cannot draw a figure: {reason}")]
+    Figure {
+        /// What the plotting library says.
+        reason: String,
+    },
+    /// A result has no JSON form.
+    #[error("cannot write {path} as JSON")]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// A file could not be written.
+    #[error("cannot write {path}")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}

@@ -1,0 +1,35 @@
+//! The studies of Lacuna: those of the paper *Control Occupation Kernel Regression* (Abudia,
+//! Channagiri, Rosenfeld, Kamalapurkar; IEEE Transactions on Automatic Control 71(7), 2026).
+//!
+//! ```text
+//! x'' = (x - x^3) + (2 + sin x) u                       Duffing oscillator, order 2
+//! M(q) q'' + V(q, q') q' + Fd q' + Fs tanh(q') = tau    two-link manipulator, as order 1
+//! ```
+//!
+//! | study | module | what it measures |
+//! | --- | --- | --- |
+//! | one Duffing trial, choice of lambda | [`duffing`] | errors of f and g on 61 points |
+//! | Duffing Monte-Carlo | [`duffing_montecarlo`] | the same over trials |
+//! | manipulator | [`manipulator`] | relative errors of f, g1, g2 on 100 points |
+//! | manipulator under computed torque | [`manipulator_ctc`] | joint angles after 5 s and 10 s |
+//!
+//! Each study draws its data ([`duffing_data`], [`manipulator_data`]), identifies a model by each
+//! of the [`recipes`], and writes statistics to `results/NAME.json` and figures to
+//! `results/figures`. Everything follows from one seed, whatever the number of threads. Run them
+//! with `cargo run -p experiments -- NAME`.
+
+pub mod cli;
+pub mod duffing;
+pub mod duffing_data;
+pub mod duffing_montecarlo;
+pub mod error;
+pub mod figures;
+pub mod manipulator;
+pub mod manipulator_ctc;
+pub mod manipulator_data;
+pub mod output;
+pub mod progress;
+pub mod recipes;
+pub mod statistics;
+
+pub use error::StudyError;

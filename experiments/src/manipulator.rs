@@ -1,0 +1,61 @@
+//! Relative errors of the identified two-link manipulator (the paper's figure 5).
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+use crate::cli::Common;
+use crate::manipulator_data::{Errors, Summary, trajectories};
+use crate::recipes::with_each;
+use crate::{StudyError, figures, output};
+
+/// Name of the study and of its results.
+pub const NAME: &str = "manipulator";
+
+/// What the study found.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Results {
+    /// [`NAME`].
+    pub experiment: String,
+    /// Number of data sets: one.
+    pub trials: u64,
+    /// Seed of all draws.
+    pub seed: u64,
+    /// Errors by recipe.
+    pub recipes: BTreeMap<String, Summary>,
+}
+
+/// Relative errors at each evaluation point by recipe.
+///
+/// # Errors
+/// [`StudyError`] when simulation or identification fails.
+pub fn errors(seed: u64) -> Result<BTreeMap<String, Errors>, StudyError> {
+    let data = trajectories(seed)?;
+    with_each(|recipe| Errors::of(&recipe.manipulator(&data)?))
+}
+
+/// Carry out the study, write its results and print them.
+///
+/// # Errors
+/// [`StudyError`] when identification fails or results cannot be written.
+pub fn run(common: &Common) -> Result<(), StudyError> {
+    let errors = errors(common.seed)?;
+    let recipes = errors.iter().map(|(name, e)| (name.clone(), e.summary())).collect();
+    let results = Results { experiment: NAME.to_owned(), trials: 1, seed: common.seed, recipes };
+    let file = output::write_json(&common.out, NAME, &results)?;
+    let svg = figures::manipulator::errors(&errors)?;
+    output::write_figure(&common.out, "figure_05_manipulator_errors", &svg)?;
+    if !common.quiet {
+        print(&results);
+        println!("wrote {}", file.display());
+    }
+    Ok(())
+}
+
+fn print(results: &Results) {
+    println!("{:<8} {:<15} {:>9} {:>9} {:>9}", "recipe", "relative error", "max", "median", "mean");
+    for (recipe, s) in &results.recipes {
+        for (name, o) in [("f", s.f), ("g1", s.g1), ("g2", s.g2)] {
+            println!("{recipe:<8} {name:<15} {:>9.4} {:>9.4} {:>9.4}", o.max, o.median, o.mean);
+        }
+    }
+}
