@@ -1,1 +1,16 @@
-//! From mismatch to findings: locate, screen, confirm, prove
+//! From mismatch to findings: locate, screen, confirm, prove.
+
+pub mod candidates;
+pub mod dataset;
+pub mod diagnosis;
+mod error;
+pub mod evidence;
+pub mod prediction;
+pub mod screen;
+pub mod trajectories;
+pub mod weak;
+
+pub use dataset::{Dataset, Observed, Output};
+pub use diagnosis::Diagnosis;
+pub use error::DiagnoseError;
+pub use prediction::{Prediction, Predictor};

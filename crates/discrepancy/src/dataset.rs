@@ -1,0 +1,249 @@
+//! Conditioning: recordings brought into the model's channels and units, with dropped rows
+//! marked and the noise of every output estimated.
+
+use crate::DiagnoseError;
+use lacuna_plants::model::Measured;
+use lacuna_plants::{Hold, Model};
+use lacuna_recordings::{
+    InputHold, NoiseEstimate, Recording, RecordingSource, Sampling, Unit, convert,
+    estimate_noise_pooled, read_csv, resample_input,
+};
+
+/// A measured output of the machine.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// Its name: the channel's, or the column's for an expression.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it measures.
+    pub of: Measured,
+}
+
+/// One recording in the model's channels.
+#[derive(Clone, Debug)]
+pub struct Observed {
+    /// The recording's name.
+    pub name: String,
+    /// Times, dropped rows filled in (s).
+    pub times: Vec<f64>,
+    /// Commanded inputs, row-major `times.len() x m`.
+    pub commands: Vec<f64>,
+    /// Series of each output; NaN where nothing was measured.
+    pub outputs: Vec<Vec<f64>>,
+    /// Number of rows that were dropped.
+    pub dropped: usize,
+}
+
+impl Observed {
+    /// Number of samples, dropped ones included.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.times.len()
+    }
+
+    /// Whether there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.times.is_empty()
+    }
+
+    /// The samples `range` as a recording of their own.
+    #[must_use]
+    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let m = self.commands.len() / self.len().max(1);
+        let seconds = (self.times[range.start], self.times[range.end - 1]);
+        Self {
+            name: format!("{} ({:.3} to {:.3} s)", self.name, seconds.0, seconds.1),
+            times: self.times[range.clone()].to_vec(),
+            commands: self.commands[range.start * m..range.end * m].to_vec(),
+            outputs: self.outputs.iter().map(|y| y[range.clone()].to_vec()).collect(),
+            dropped: 0,
+        }
+    }
+}
+
+/// Recordings that belong to one model.
+#[derive(Clone, Debug)]
+pub struct Dataset {
+    /// What is measured.
+    pub outputs: Vec<Output>,
+    /// The recordings.
+    pub recordings: Vec<Observed>,
+    /// Noise of each output, pooled over the recordings.
+    pub noise: Vec<NoiseEstimate>,
+}
+
+/// Fewest samples a recording must have to be used.
+const FEWEST_SAMPLES: usize = 100;
+
+impl Dataset {
+    /// Read recordings from files and bring them into the model's channels.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] naming the file and column.
+    pub fn read(model: &Model, sources: &[RecordingSource]) -> Result<Self, DiagnoseError> {
+        let recordings = sources
+            .iter()
+            .map(|s| read_csv(s, &model.time_column))
+            .collect::<Result<Vec<_>, _>>()?;
+        Self::new(model, &recordings)
+    }
+
+    /// Bring recordings into the model's channels.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] naming the recording and column.
+    pub fn new(model: &Model, recordings: &[Recording]) -> Result<Self, DiagnoseError> {
+        let first = recordings.first().ok_or(DiagnoseError::NoRecordings)?;
+        let columns = columns(model, first)?;
+        let outputs: Vec<_> = columns
+            .iter()
+            .filter(|c| !matches!(c.of, Measured::Input(_)))
+            .map(|c| Output { name: c.name.clone(), unit: c.unit.clone(), of: c.of })
+            .collect();
+        if outputs.is_empty() {
+            return Err(DiagnoseError::NothingMeasured { recording: first.name.clone() });
+        }
+        let observed = recordings
+            .iter()
+            .map(|r| observe(model, &columns, r))
+            .collect::<Result<Vec<_>, _>>()?;
+        let noise = (0..outputs.len())
+            .map(|k| {
+                let series: Vec<_> = observed
+                    .iter()
+                    .map(|o| (o.times.as_slice(), o.outputs[k].as_slice()))
+                    .collect();
+                estimate_noise_pooled(&series).map_err(|source| DiagnoseError::Signal {
+                    recording: first.name.clone(),
+                    channel: outputs[k].name.clone(),
+                    source,
+                })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { outputs, recordings: observed, noise })
+    }
+
+    /// The same outputs and noise with other recordings.
+    #[must_use]
+    pub fn with_recordings(&self, recordings: Vec<Observed>) -> Self {
+        Self { outputs: self.outputs.clone(), recordings, noise: self.noise.clone() }
+    }
+
+    /// Noise standard deviation that errors are weighed with: never zero, so that a
+    /// noise-free simulation does not divide by nothing.
+    #[must_use]
+    pub fn noise_sd(&self, output: usize) -> f64 {
+        let values = self.recordings.iter().flat_map(|r| &r.outputs[output]);
+        let largest = values.filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
+        self.noise[output].sd.max(1e-7 * largest).max(f64::MIN_POSITIVE)
+    }
+
+    /// The output that measures an entry of the machine's state directly.
+    #[must_use]
+    pub fn output_of_state(&self, state: usize) -> Option<usize> {
+        self.outputs.iter().position(|o| o.of == Measured::State(state))
+    }
+}
+
+/// A column that is used, and what for.
+struct Used {
+    column: String,
+    name: String,
+    of: Measured,
+    /// Unit of the channel, and of the column where it differs.
+    unit: String,
+    column_unit: String,
+}
+
+/// The columns of the model's measurements; without any, those with a channel's name.
+fn columns(model: &Model, recording: &Recording) -> Result<Vec<Used>, DiagnoseError> {
+    let mut used: Vec<Used> = model
+        .measurements
+        .iter()
+        .map(|m| {
+            let (name, unit) = match m.of {
+                Measured::State(i) => (model.state_name(i).to_owned(), model.state_unit(i)),
+                Measured::Input(j) => {
+                    (model.inputs[j].name.clone(), model.inputs[j].unit.clone())
+                }
+                Measured::Expression(_) => (m.column.clone(), m.unit.clone()),
+            };
+            Used { column: m.column.clone(), name, of: m.of, unit, column_unit: m.unit.clone() }
+        })
+        .collect();
+    let plain = |name: &str, of, unit: String| Used {
+        column: name.to_owned(),
+        name: name.to_owned(),
+        of,
+        unit,
+        column_unit: String::new(),
+    };
+    let has = |name: &str| recording.columns.iter().any(|c| c.name == name);
+    if !used.iter().any(|u| !matches!(u.of, Measured::Input(_))) {
+        for i in 0..model.machine_states() {
+            let name = model.state_name(i);
+            if has(name) {
+                used.push(plain(name, Measured::State(i), model.state_unit(i)));
+            }
+        }
+    }
+    for (j, input) in model.inputs.iter().enumerate() {
+        if !used.iter().any(|u| u.of == Measured::Input(j)) {
+            used.push(plain(&input.name, Measured::Input(j), input.unit.clone()));
+        }
+    }
+    Ok(used)
+}
+
+fn observe(model: &Model, used: &[Used], r: &Recording) -> Result<Observed, DiagnoseError> {
+    if r.len() < FEWEST_SAMPLES {
+        let (recording, found) = (r.name.clone(), r.len());
+        return Err(DiagnoseError::TooShort { recording, found, needed: FEWEST_SAMPLES });
+    }
+    let sampling = Sampling::of(&r.time);
+    let times = sampling.filled_times(&r.time);
+    let rows = sampling.positions(r.len());
+    let m = model.inputs.len();
+    let mut commands = vec![0.0; times.len() * m];
+    let mut outputs = Vec::new();
+    for u in used {
+        let values = in_model_units(u, r.column(&u.column)?, &r.name)?;
+        let Measured::Input(j) = u.of else {
+            let mut series = vec![f64::NAN; times.len()];
+            for (&row, value) in rows.iter().zip(values) {
+                series[row] = value;
+            }
+            outputs.push(series);
+            continue;
+        };
+        let hold = match model.hold {
+            Hold::ZeroOrder => InputHold::ZeroOrder,
+            Hold::Linear => InputHold::Linear,
+        };
+        let filled = resample_input(&r.time, &values, &times, hold).map_err(|source| {
+            let (recording, channel) = (r.name.clone(), u.name.clone());
+            DiagnoseError::Signal { recording, channel, source }
+        })?;
+        for (k, value) in filled.into_iter().enumerate() {
+            commands[k * m + j] = value;
+        }
+    }
+    let dropped = times.len() - r.len();
+    Ok(Observed { name: r.name.clone(), times, commands, outputs, dropped })
+}
+
+fn in_model_units(u: &Used, values: &[f64], recording: &str) -> Result<Vec<f64>, DiagnoseError> {
+    if u.column_unit.is_empty() || u.column_unit == u.unit {
+        return Ok(values.to_vec());
+    }
+    let fail = |source| DiagnoseError::Unit {
+        recording: recording.to_owned(),
+        column: u.column.clone(),
+        source,
+    };
+    let from = Unit::parse(&u.column_unit).map_err(fail)?;
+    let to = Unit::parse(&u.unit).map_err(fail)?;
+    convert(values, &from, &to).map_err(fail)
+}

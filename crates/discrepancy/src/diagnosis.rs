@@ -1,0 +1,210 @@
+//! The result of a diagnosis, as written to `diagnosis.json` (schema 1).
+//!
+//! Fields are added in later versions of the same schema number, never renamed or removed;
+//! a change of meaning raises the number.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Number of the schema.
+pub const SCHEMA: u32 = 1;
+
+/// A diagnosis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// Number of the schema: [`SCHEMA`].
+    pub schema: u32,
+    /// Name of the model.
+    pub model: String,
+    /// What is the matter.
+    pub verdict: Verdict,
+    /// The missing physics, the most important first.
+    pub findings: Vec<Finding>,
+    /// Parameters that the recordings move, by name.
+    pub calibration: BTreeMap<String, Calibration>,
+    /// Where the mismatch is.
+    pub location: Location,
+    /// The fit before and after.
+    pub fit: Fit,
+    /// How the mismatch splits up: shares of the misfit on the training recordings that
+    /// calibration takes away, each finding takes away, and that remain above the noise.
+    pub ladder: Vec<Rung>,
+    /// What was used and how it was treated.
+    pub data: DataUsed,
+    /// What these data cannot tell, and anything the reader must know.
+    pub notes: Vec<String>,
+}
+
+/// What is the matter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The model explains the recordings down to the noise.
+    NoMismatch,
+    /// The physics is right, a parameter is not.
+    Miscalibrated,
+    /// Physics is missing, and named.
+    MissingPhysics,
+    /// A sensor is wrong.
+    SensorFault,
+    /// The model is wrong in a way that the catalogue does not explain.
+    Unexplained,
+}
+
+/// An effect that the evidence supports.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    /// Class of the catalogue.
+    pub class: String,
+    /// Channel (or input) it acts on.
+    pub channel: String,
+    /// The other channel of a coupling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other: Option<String>,
+    /// Channels that the effect depends on.
+    pub depends_on: Vec<String>,
+    /// Range of those channels in which it acts.
+    pub region: BTreeMap<String, [f64; 2]>,
+    /// When it begins (s), for effects that begin.
+    pub time: Option<f64>,
+    /// Parameters by name.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Probability of this class among its rivals.
+    pub probability: f64,
+    /// Rivals, the most probable first.
+    pub alternatives: Vec<Alternative>,
+    /// Log evidence (nats) that it gains.
+    pub evidence: f64,
+    /// The finding in words.
+    pub says: String,
+    /// The missing force along one variable, for a picture.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<Curve>,
+}
+
+/// A number with its standard deviation and unit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Value.
+    pub value: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// A rival of a finding.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Alternative {
+    /// Class of the catalogue.
+    pub class: String,
+    /// Channel (or input) it would act on.
+    pub channel: String,
+    /// Its probability.
+    pub probability: f64,
+}
+
+/// A missing force over the variable it depends on: what the recordings show, learned
+/// without a formula, and the law that is found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// Name of the variable.
+    pub variable: String,
+    /// Its unit.
+    pub variable_unit: String,
+    /// Unit of the force.
+    pub force_unit: String,
+    /// Values of the variable.
+    pub at: Vec<f64>,
+    /// Learned force there.
+    pub learned: Vec<f64>,
+    /// Its standard deviation.
+    pub std: Vec<f64>,
+    /// The named law there.
+    pub law: Vec<f64>,
+}
+
+/// A parameter that the recordings move.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// What the model says.
+    pub nominal: f64,
+    /// What the recordings say.
+    pub value: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// Where the mismatch is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Location {
+    /// By channel.
+    pub channels: BTreeMap<String, ChannelMismatch>,
+}
+
+/// The mismatch in one channel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChannelMismatch {
+    /// Classes of the findings that act on it.
+    pub explained_by: Vec<String>,
+    /// Log evidence (nats) that a force is missing in this channel's equation.
+    pub significance: f64,
+    /// Standard deviation of the force that is missing before anything is added.
+    pub missing_force: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// The fit before and after.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Fit {
+    /// On recordings that nothing was fitted to.
+    pub held_out: BTreeMap<String, ChannelFit>,
+    /// On the recordings that were used.
+    pub training: BTreeMap<String, ChannelFit>,
+}
+
+/// Errors of one measured channel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChannelFit {
+    /// Unit of all errors.
+    pub unit: String,
+    /// Of the model as it was, over windows.
+    pub rmse_before: f64,
+    /// Of the augmented model, over windows.
+    pub rmse_after: f64,
+    /// Noise standard deviation.
+    pub noise: f64,
+    /// Length of the windows (s).
+    pub horizon_s: f64,
+    /// Of the model as it was, running free from the first samples to the end.
+    pub free_run_before: f64,
+    /// Of the augmented model, running free.
+    pub free_run_after: f64,
+}
+
+/// One step of the ladder.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rung {
+    /// What it is: "calibration", a finding, "unexplained".
+    pub what: String,
+    /// Share of the mean square of the missing force.
+    pub share: f64,
+}
+
+/// What was used.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DataUsed {
+    /// Recordings that were fitted.
+    pub training: Vec<String>,
+    /// Recordings kept for proof.
+    pub held_out: Vec<String>,
+    /// Samples that were fitted.
+    pub samples: usize,
+    /// Rows that were dropped in the recordings and filled in for smoothing.
+    pub dropped: usize,
+    /// The version of Lacuna.
+    pub version: String,
+}

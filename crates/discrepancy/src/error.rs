@@ -1,0 +1,61 @@
+//! What can keep a diagnosis from being made.
+
+use lacuna_plants::ModelError;
+use lacuna_recordings::{RecordingError, SignalError, UnitError};
+use thiserror::Error;
+
+/// Why recordings and a model cannot be diagnosed.
+#[derive(Debug, Error)]
+pub enum DiagnoseError {
+    /// The model file is wrong.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// There is no recording.
+    #[error("no recording is given")]
+    NoRecordings,
+    /// No column is a channel of the model.
+    #[error("{recording}: no column measures a channel of the model; name columns like its coordinates, velocities or states, or add [[measurement]] entries to the model")]
+    NothingMeasured {
+        /// The recording.
+        recording: String,
+    },
+    /// A recording is too short.
+    #[error("{recording}: {found} samples are too few, at least {needed} are needed")]
+    TooShort {
+        /// The recording.
+        recording: String,
+        /// Its samples.
+        found: usize,
+        /// Samples that are needed.
+        needed: usize,
+    },
+    /// A channel's signal cannot be used.
+    #[error("{recording}: channel '{channel}': {source}")]
+    Signal {
+        /// The recording.
+        recording: String,
+        /// The channel.
+        channel: String,
+        /// What is wrong.
+        source: SignalError,
+    },
+    /// Units do not fit.
+    #[error("{recording}: column '{column}': {source}")]
+    Unit {
+        /// The recording.
+        recording: String,
+        /// The column.
+        column: String,
+        /// What is wrong.
+        source: UnitError,
+    },
+    /// The weak form cannot be set up.
+    #[error("the weak form of the model cannot be set up: {reason}")]
+    Weak {
+        /// What stands in the way.
+        reason: String,
+    },
+}
