@@ -26,7 +26,7 @@
 //! | occupation kernels Gamma_a | [`OccupationKernels`] | A of them |
 //! | Gram matrix G_ab = <Gamma_a, Gamma_b> | [`gram_matrix`] | A x A |
 //! | right-hand sides Y_ai | [`WeakSystem::right_hand_sides`] | A x n |
-//! | their noise covariance sigma^2 L L^T | [`SymmetricBanded`], [`BandedCholesky`] | A x A, banded |
+//! | their noise covariance sigma^2 S, S = L L^T | [`SymmetricBanded`], [`BandedCholesky`] | A x A, banded |
 //! | weights W | [`WeakSystem::weights`] | A x n |
 //! | H(x) = \[f(x) g(x)\] | [`IdentifiedModel`] | n x (1 + m) |
 //!

@@ -1,7 +1,6 @@
 //! Control occupation kernel regression: from trajectories to an [`IdentifiedModel`].
 
 use faer::Mat;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::gram::gram_matrix;
@@ -12,7 +11,7 @@ use crate::occupation_kernels::OccupationKernels;
 use crate::quadrature::Quadrature;
 use crate::test_function::{InitialDerivative, TestFunction, TestFunctionError};
 use crate::trajectory::TrajectoryData;
-use crate::whitening::{BandedCholesky, WhiteningError};
+use crate::whitening::{SymmetricBanded, WhiteningError};
 
 /// Settings of a regression of x^(s) = f(x) + g(x) u.
 ///
@@ -33,8 +32,8 @@ pub struct Regression {
     pub lambda: f64,
     /// Where initial derivatives come from (endpoint test function of order 2 or more only).
     pub initial_derivative: InitialDerivative,
-    /// Whether right-hand sides are whitened by their noise covariance L L^T for white noise of unit variance on the
-    /// regressed coordinates.
+    /// Whether right-hand sides are whitened by their noise covariance S = L L^T for white noise of unit variance on the
+    /// regressed coordinates: right-hand sides of overlapping windows share samples, and so noise.
     pub whiten: bool,
 }
 
@@ -47,13 +46,13 @@ pub struct WeakSystem {
     pub gram: Mat<f64>,
     /// Right-hand sides Y_ai (occupation kernels x n), not whitened.
     pub right_hand_sides: Mat<f64>,
-    /// Factor L of the covariance of the right-hand sides for white noise of unit variance, for whitened fits.
-    pub whitening: Option<BandedCholesky>,
+    /// Covariance S = L L^T of the right-hand sides for white noise of unit variance, for whitened fits.
+    pub noise_covariance: Option<SymmetricBanded>,
 }
 
 impl Regression {
-    /// Solves (G + lambda I) W = Y, or whitened W = L^-T (L^-1 G L^-T + lambda I)^-1 L^-1 Y, and folds the weights W
-    /// into the identified model H(x) = \[f(x) g(x)\] = sum_a W_a Gamma_a(x)^T.
+    /// Solves (G + lambda I) W = Y, or whitened (G + lambda S) W = Y with the noise covariance S ([`WeakSystem::weights`]),
+    /// and folds the weights W into the identified model H(x) = \[f(x) g(x)\] = sum_a W_a Gamma_a(x)^T.
     ///
     /// Results do not depend on the number of threads. Tests: `tests/reference.rs`, `tests/closed_form.rs`,
     /// `tests/recover.rs`.
@@ -87,12 +86,12 @@ impl Regression {
             right_hand_sides.extend(weak.right_hand_sides);
             noise.extend(weak.noise.into_iter().map(|functional| functional.shifted(before)));
         }
-        let whitening =
-            if self.whiten { Some(BandedCholesky::of_functionals(&noise)?) } else { None };
+        let noise_covariance =
+            if self.whiten { Some(SymmetricBanded::covariance(&noise)?) } else { None };
         let gram = gram_matrix(&self.kernel, &occupation);
         let n = first.dimension();
         let right_hand_sides = Mat::from_fn(noise.len(), n, |a, i| right_hand_sides[a * n + i]);
-        Ok(WeakSystem { occupation, gram, right_hand_sides, whitening })
+        Ok(WeakSystem { occupation, gram, right_hand_sides, noise_covariance })
     }
 
     fn weak_trajectory(
@@ -125,7 +124,7 @@ impl Regression {
         let n = data.dimension();
         let mut known = vec![0.0; n];
         let endpoint = matches!(self.test_function, TestFunction::Endpoint { .. });
-        if !endpoint || self.initial_derivative != InitialDerivative::Given {
+        if !endpoint || self.order == 1 || self.initial_derivative != InitialDerivative::Given {
             return Ok(known);
         }
         let derivatives = data.initial_derivatives().unwrap_or_default();
@@ -175,8 +174,16 @@ fn check_same_shape(
 }
 
 impl WeakSystem {
-    /// Weights W (occupation kernels x n): (G + lambda I) W = Y, or whitened
-    /// W = L^-T (L^-1 G L^-T + lambda I)^-1 L^-1 Y.
+    /// Diagonal added to G in whitened fits, relative to its largest diagonal entry: the size of its rounding errors.
+    ///
+    /// Windows that slide by one sample are nearly dependent, and lambda S then does not reach above these errors.
+    pub const ROUNDING_RIDGE: f64 = 1e-14;
+
+    /// Weights W (occupation kernels x n): (G + lambda I) W = Y, or whitened (G + lambda S) W = Y, with
+    /// [`WeakSystem::ROUNDING_RIDGE`].
+    ///
+    /// The latter is the ridge regression of the whitened system, W = L^-T (L^-1 G L^-T + lambda I)^-1 L^-1 Y, without
+    /// the rounding errors of L^-1 G L^-T.
     ///
     /// # Errors
     /// A lambda that is not positive; a matrix that is not positive definite (raise lambda); weights that are not finite.
@@ -184,34 +191,31 @@ impl WeakSystem {
         if !(lambda > 0.0 && lambda.is_finite()) {
             return Err(FitError::Lambda { found: lambda });
         }
-        let (mut matrix, mut weights) = (self.gram.clone(), self.right_hand_sides.clone());
-        if let Some(factor) = &self.whitening {
-            // L^-1 G, then L^-1 of its transpose: L^-1 G L^-T as G is symmetric.
-            whiten_columns(factor, &mut matrix)?;
-            matrix = matrix.transpose().to_owned();
-            whiten_columns(factor, &mut matrix)?;
-            whiten_columns(factor, &mut weights)?;
+        let mut matrix = self.gram.clone();
+        match &self.noise_covariance {
+            Some(covariance) => add_covariance(&mut matrix, covariance, lambda),
+            None => (0..matrix.nrows()).for_each(|a| matrix[(a, a)] += lambda),
         }
-        (0..matrix.nrows()).for_each(|a| matrix[(a, a)] += lambda);
+        let mut weights = self.right_hand_sides.clone();
         solve_positive_definite(&mut matrix, &mut weights).map_err(
             |NonPositivePivot { index }| FitError::NotPositiveDefinite { index, lambda },
         )?;
-        if let Some(factor) = &self.whitening {
-            for i in 0..weights.ncols() {
-                factor.solve_upper_in_place(weights.col_as_slice_mut(i))?;
-            }
-        }
         check_finite(&weights)?;
         Ok(weights)
     }
 }
 
-fn whiten_columns(factor: &BandedCholesky, matrix: &mut Mat<f64>) -> Result<(), WhiteningError> {
-    matrix.as_mut().par_col_iter_mut().try_for_each(|column| {
-        let column =
-            column.try_as_col_major_mut().expect("columns of an owned matrix are contiguous");
-        factor.solve_lower_in_place(column.as_slice_mut())
-    })
+/// Adds lambda S and the rounding ridge.
+fn add_covariance(matrix: &mut Mat<f64>, covariance: &SymmetricBanded, lambda: f64) {
+    let rows = matrix.nrows();
+    let largest = (0..rows).map(|a| matrix[(a, a)]).fold(0.0, f64::max);
+    for a in 0..rows {
+        for b in a.saturating_sub(covariance.bandwidth())..rows.min(a + covariance.bandwidth() + 1)
+        {
+            matrix[(a, b)] += lambda * covariance.get(a, b);
+        }
+        matrix[(a, a)] += WeakSystem::ROUNDING_RIDGE * largest;
+    }
 }
 
 fn check_finite(weights: &Mat<f64>) -> Result<(), FitError> {
@@ -275,7 +279,7 @@ pub enum FitError {
         /// Lambda given.
         found: f64,
     },
-    /// The noise covariance of the right-hand sides is singular.
+    /// The noise covariance of the right-hand sides cannot be formed.
     #[error(transparent)]
     Whitening(#[from] WhiteningError),
     /// Rounding made the regularised Gram matrix indefinite.

@@ -189,21 +189,6 @@ impl BandedCholesky {
         Ok(())
     }
 
-    /// L^-T y in place of y: takes whitened weights back to those of the functionals.
-    ///
-    /// # Errors
-    /// A vector of another size.
-    pub fn solve_upper_in_place(&self, vector: &mut [f64]) -> Result<(), WhiteningError> {
-        self.check(vector)?;
-        for a in (0..self.size()).rev() {
-            vector[a] /= self.factor.get(a, a);
-            let (solved, first) = (vector[a], self.factor.first_column(a));
-            let column = self.factor.row_part(a, first, a);
-            vector[first..a].iter_mut().zip(column).for_each(|(entry, l)| *entry -= l * solved);
-        }
-        Ok(())
-    }
-
     fn check(&self, vector: &[f64]) -> Result<(), WhiteningError> {
         if vector.len() == self.size() {
             Ok(())

@@ -1,16 +1,16 @@
 //! The paper's studies beside an independent NumPy solution of its equations (skipped where the data are absent):
 //! Gram matrices to 1e-10, outputs to 1e-6, both relative to the largest entry.
 
-mod common;
+mod npz;
 
 use std::fs;
 use std::path::Path;
 
-use common::{read_npz, reference_folder};
 use lacuna_occupation::{
     ExponentialDotProduct, IdentifiedModel, InitialDerivative, Quadrature, Regression,
     TestFunction, TrajectoryData,
 };
+use npz::{read_npz, reference_folder};
 
 fn regression(settings: &serde_json::Value) -> Regression {
     let order = settings["order"].as_u64().unwrap() as usize;
