@@ -19,7 +19,7 @@ enum Study {
     /// Duffing oscillator: one trial, and the choice of lambda from 1e-13 to 1e7.
     Duffing {
         /// Trials over which each lambda is judged.
-        #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+        #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..))]
         trials: u64,
         #[command(flatten)]
         common: Common,
@@ -27,7 +27,7 @@ enum Study {
     /// Duffing oscillator: errors of drift and control effectiveness over many trials.
     DuffingMontecarlo {
         /// Number of trials; trial k draws from random stream k.
-        #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..))]
+        #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
         trials: u64,
         #[command(flatten)]
         common: Common,
@@ -81,5 +81,23 @@ fn report(error: &StudyError) {
     while let Some(source) = cause {
         eprintln!("  because: {source}");
         cause = source.source();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_study_without_trials_is_refused() {
+        let parse = |n| Cli::try_parse_from(["experiments", "duffing-montecarlo", "--trials", n]);
+        assert!(parse("0").is_err());
+        assert!(parse("3").is_ok());
     }
 }

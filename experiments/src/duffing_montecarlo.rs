@@ -114,3 +114,17 @@ fn print(results: &Results) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trials_do_not_depend_on_the_number_of_threads() {
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| trials(3, 7, true)).unwrap()
+        };
+        assert_eq!(run(1), run(2));
+    }
+}

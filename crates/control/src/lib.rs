@@ -18,7 +18,7 @@
 //!
 //! The law needs the model only through [`AccelerationModel`], which true plants
 //! ([`PlantAccelerations`]) and identified models ([`VelocityRows`] for first-order ones) provide
-//! alike. [`closed_loop`] lets the law drive a true plant, evaluated at every stage of the
+//! alike. [`closed_loop()`] lets the law drive a true plant, evaluated at every stage of the
 //! integration or sampled and held. Source of the law: Lewis, Dawson, Abdallah, *Robot
 //! Manipulator Control* (2004), section 4.4.
 
