@@ -48,18 +48,19 @@ pub fn candidates(model: &Model, channels: &[usize]) -> Vec<Candidate> {
                     }));
                 }
             }
-            Law::Input(_) => out.extend(
-                (0..model.inputs.len()).map(|channel| Candidate { effect, channel, other: None }),
-            ),
+            Law::Input(_) => out.extend((0..model.inputs.len()).map(|channel| Candidate {
+                effect,
+                channel,
+                other: None,
+            })),
             // What sensors do wrong shows in the prediction, not as a force.
             Law::Sensor(_) => {}
         }
     }
     let present = |c: &Candidate| {
-        model
-            .effects
-            .iter()
-            .any(|e| e.effect.class == c.effect.class && e.channel == c.channel && e.other == c.other)
+        model.effects.iter().any(|e| {
+            e.effect.class == c.effect.class && e.channel == c.channel && e.other == c.other
+        })
     };
     out.retain(|c| !present(c));
     out
@@ -91,7 +92,18 @@ fn partners(
     others.into_iter()
 }
 
+/// Laws of dry friction: variants of one kind of physics, of which a channel has one.
+const DRY_FRICTION: [&str; 3] = ["coulomb_friction", "stribeck_friction", "asymmetric_friction"];
+
 impl Candidate {
+    /// Whether another candidate is no addition to this one: it is the same, or a variant of
+    /// the same kind of physics in the same place.
+    #[must_use]
+    pub fn excludes(&self, other: &Self) -> bool {
+        let dry = |c: &Self| DRY_FRICTION.contains(&c.effect.class);
+        self == other || (self.channel == other.channel && dry(self) && dry(other))
+    }
+
     /// Shapes to screen on recordings of these scales.
     #[must_use]
     pub fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {

@@ -140,6 +140,16 @@ impl Dataset {
         self.noise[output].sd.max(1e-7 * largest).max(f64::MIN_POSITIVE)
     }
 
+    /// Half of the range of an output over all recordings.
+    #[must_use]
+    pub fn half_range(&self, output: usize) -> f64 {
+        let values = self.recordings.iter().flat_map(|r| &r.outputs[output]);
+        let (low, high) = values
+            .filter(|v| v.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
+        (0.5 * (high - low)).max(f64::MIN_POSITIVE)
+    }
+
     /// The output that measures an entry of the machine's state directly.
     #[must_use]
     pub fn output_of_state(&self, state: usize) -> Option<usize> {
@@ -165,9 +175,7 @@ fn columns(model: &Model, recording: &Recording) -> Result<Vec<Used>, DiagnoseEr
         .map(|m| {
             let (name, unit) = match m.of {
                 Measured::State(i) => (model.state_name(i).to_owned(), model.state_unit(i)),
-                Measured::Input(j) => {
-                    (model.inputs[j].name.clone(), model.inputs[j].unit.clone())
-                }
+                Measured::Input(j) => (model.inputs[j].name.clone(), model.inputs[j].unit.clone()),
                 Measured::Expression(_) => (m.column.clone(), m.unit.clone()),
             };
             Used { column: m.column.clone(), name, of: m.of, unit, column_unit: m.unit.clone() }

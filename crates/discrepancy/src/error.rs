@@ -17,7 +17,9 @@ pub enum DiagnoseError {
     #[error("no recording is given")]
     NoRecordings,
     /// No column is a channel of the model.
-    #[error("{recording}: no column measures a channel of the model; name columns like its coordinates, velocities or states, or add [[measurement]] entries to the model")]
+    #[error(
+        "{recording}: no column measures a channel of the model; name columns like its coordinates, velocities or states, or add [[measurement]] entries to the model"
+    )]
     NothingMeasured {
         /// The recording.
         recording: String,
@@ -57,5 +59,13 @@ pub enum DiagnoseError {
     Weak {
         /// What stands in the way.
         reason: String,
+    },
+    /// A channel that no column measures.
+    #[error(
+        "no column measures '{channel}': a diagnosis needs every coordinate and state measured; simulate does not"
+    )]
+    Unmeasured {
+        /// The channel.
+        channel: String,
     },
 }

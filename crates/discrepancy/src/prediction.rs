@@ -4,7 +4,7 @@
 use crate::dataset::{Dataset, Observed};
 use lacuna_plants::expression::Bound;
 use lacuna_plants::model::{Equations, Measured, ModelEffect, Observation};
-use lacuna_plants::{Model, Plant, SampledInput, SimulationError, System, rk4};
+use lacuna_plants::{Model, Plant, SimulationError, System, rk4_sampled};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ pub const DEFAULT_WARMUP: usize = 50;
 const MOST_SUBSTEPS: usize = 32;
 
 /// A recording with the inputs that the actuators make of its commands.
-struct Driven<'b> {
+pub(crate) struct Driven<'b> {
     observed: &'b Observed,
     effective: Vec<f64>,
 }
@@ -78,6 +78,20 @@ impl<'a> Predictor<'a> {
         effects: &[ModelEffect],
         dataset: &'a Dataset,
     ) -> Self {
+        let mut this = Self::with_substeps(model, equations, parameters, effects, dataset, 1);
+        this.substeps = this.choose_substeps();
+        this
+    }
+
+    /// The same with a given number of RK4 steps a sample.
+    pub(crate) fn with_substeps(
+        model: &Model,
+        equations: &Equations,
+        parameters: &[f64],
+        effects: &[ModelEffect],
+        dataset: &'a Dataset,
+        substeps: usize,
+    ) -> Self {
         let mut model = model.clone();
         model.effects = effects.to_vec();
         let measured: Vec<_> = dataset.outputs.iter().map(|o| o.of).collect();
@@ -85,9 +99,12 @@ impl<'a> Predictor<'a> {
         let bound = observation.bind(parameters);
         let weights = (0..measured.len()).map(|k| 1.0 / dataset.noise_sd(k)).collect();
         let system = System::with(&model, equations, parameters, effects);
-        let mut this = Self { model, system, observation, bound, dataset, weights, substeps: 1 };
-        this.substeps = this.choose_substeps();
-        this
+        Self { model, system, observation, bound, dataset, weights, substeps }
+    }
+
+    /// RK4 steps between two samples.
+    pub(crate) fn substeps(&self) -> usize {
+        self.substeps
     }
 
     /// Fewest RK4 steps a sample whose error over a stretch of the first recording stays
@@ -109,10 +126,12 @@ impl<'a> Predictor<'a> {
         self.substeps
     }
 
-    /// Largest difference of two sets of series in units of the noise.
+    /// Largest difference of two sets of series in units of the noise, or of a thousandth of
+    /// the channel's range where the noise is finer than any model follows.
     fn weighted_distance(&self, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
         let mut largest = 0.0f64;
-        for ((a, b), w) in a.iter().zip(b).zip(&self.weights) {
+        for (k, (a, b)) in a.iter().zip(b).enumerate() {
+            let w = self.weights[k].min(1e3 / self.dataset.half_range(k));
             for (x, y) in a.iter().zip(b) {
                 // Where both diverge nothing can be compared.
                 if x.is_finite() || y.is_finite() {
@@ -124,7 +143,7 @@ impl<'a> Predictor<'a> {
         largest
     }
 
-    fn drive<'b>(&self, observed: &'b Observed) -> Driven<'b> {
+    pub(crate) fn drive<'b>(&self, observed: &'b Observed) -> Driven<'b> {
         let effective = self.model.effective_inputs(&observed.times, &observed.commands);
         Driven { observed, effective }
     }
@@ -134,17 +153,19 @@ impl<'a> Predictor<'a> {
         let Driven { observed, effective } = driven;
         let m = self.model.inputs.len();
         let n = range.len();
-        let input =
-            SampledInput { times: &observed.times, values: effective, hold: self.model.hold };
         let times = &observed.times[range.clone()];
-        let step = median_step(times) / self.substeps as f64;
+        let inputs = &effective[range.start * m..range.end * m];
         let start = self.system.at_rest(x0);
         let width = self.system.states();
-        let (states, reached) = match rk4(&self.system, &start, &input, times, step) {
+        let simulate = |count: usize| {
+            let (times, inputs) = (&times[..count], &inputs[..count * m]);
+            rk4_sampled(&self.system, &start, times, inputs, self.model.hold, self.substeps)
+        };
+        let (states, reached) = match simulate(n) {
             Ok(trajectory) => (trajectory.states, n),
             Err(SimulationError::Diverged { time, .. }) => {
                 let reached = times.partition_point(|&t| t < time);
-                match rk4(&self.system, &start, &input, &times[..reached], step) {
+                match simulate(reached) {
                     Ok(trajectory) => (trajectory.states, reached),
                     Err(_) => (vec![], 0),
                 }
@@ -154,7 +175,7 @@ impl<'a> Predictor<'a> {
         let mut outputs = vec![vec![f64::NAN; n]; self.weights.len()];
         let mut y = vec![0.0; self.weights.len()];
         for k in 0..reached {
-            let u = &effective[(range.start + k) * m..(range.start + k + 1) * m];
+            let u = &inputs[k * m..(k + 1) * m];
             let state = &states[k * width..(k + 1) * width];
             self.observation.evaluate(&self.bound, times[k], state, u, &mut y);
             for (series, value) in outputs.iter_mut().zip(&y) {
@@ -177,7 +198,8 @@ impl<'a> Predictor<'a> {
         let near = at..(at + 12).min(observed.len());
         for (k, output) in self.dataset.outputs.iter().enumerate() {
             let Measured::State(i) = output.of else { continue };
-            let (value, slope) = line(&observed.times[near.clone()], &observed.outputs[k][near.clone()]);
+            let (value, slope) =
+                line(&observed.times[near.clone()], &observed.outputs[k][near.clone()]);
             x[i] = value;
             if i < n && self.dataset.output_of_state(i + n).is_none() {
                 x[i + n] = slope;
@@ -188,7 +210,7 @@ impl<'a> Predictor<'a> {
 
     /// The machine's state at the beginning of `range` that fits its samples best
     /// (Levenberg-Marquardt on the state alone).
-    fn fit_state(&self, driven: &Driven, range: Range<usize>) -> Vec<f64> {
+    pub(crate) fn fit_state(&self, driven: &Driven, range: Range<usize>) -> Vec<f64> {
         let mut x = self.guess(driven.observed, range.start);
         let mut residual = self.residual(driven, &range, &x);
         let mut damping = 1e-3;
@@ -219,7 +241,12 @@ impl<'a> Predictor<'a> {
 
     /// Weighted residual over a range; a large finite number where the model diverges, so
     /// that the fit can still compare.
-    fn residual(&self, driven: &Driven, range: &Range<usize>, x: &[f64]) -> DVector<f64> {
+    pub(crate) fn residual(
+        &self,
+        driven: &Driven,
+        range: &Range<usize>,
+        x: &[f64],
+    ) -> DVector<f64> {
         let predicted = self.run(driven, range.clone(), x);
         let mut out = Vec::new();
         for (k, series) in predicted.iter().enumerate() {
@@ -244,7 +271,7 @@ impl<'a> Predictor<'a> {
         let columns: Vec<_> = (0..x.len())
             .map(|i| {
                 let mut moved = x.to_vec();
-                let h = 1e-6 * (1e-2 + x[i].abs());
+                let h = state_step(x[i]);
                 moved[i] += h;
                 (residual - self.residual(driven, range, &moved)) / h
             })
@@ -294,7 +321,11 @@ pub fn windows(times: &[f64], horizon: f64) -> Vec<Range<usize>> {
     (0..count).map(|k| edge(k)..edge(k + 1)).filter(|r| r.len() >= 2).collect()
 }
 
-fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+fn damped_step(
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+) -> Option<DVector<f64>> {
     let mut damped = normal.clone();
     let largest = normal.diagonal().max();
     for i in 0..damped.nrows() {
@@ -304,13 +335,9 @@ fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> 
     damped.cholesky().map(|c| c.solve(gradient))
 }
 
-fn median_step(times: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = times.windows(2).map(|p| p[1] - p[0]).collect();
-    if steps.is_empty() {
-        return 1.0;
-    }
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+/// Step of a forward difference with respect to a state.
+pub(crate) fn state_step(x: f64) -> f64 {
+    1e-6 * (1e-2 + x.abs())
 }
 
 /// Value at the first time and slope of the least-squares line through the finite samples.
@@ -325,7 +352,8 @@ fn line(times: &[f64], values: &[f64]) -> (f64, f64) {
     if points.is_empty() {
         return (0.0, 0.0);
     }
-    let (mt, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+    let (mt, my) =
+        (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
     let stt: f64 = points.iter().map(|p| (p.0 - mt).powi(2)).sum();
     let sty: f64 = points.iter().map(|p| (p.0 - mt) * (p.1 - my)).sum();
     let slope = if stt > 0.0 { sty / stt } else { 0.0 };

@@ -6,10 +6,11 @@
 //! Afterwards each effect is dropped in turn.
 
 use crate::DiagnoseError;
-use crate::candidates::{Candidate, Term, candidates};
-use crate::evidence::{Evidence, Normal, regress};
+use crate::candidates::{Candidate, Term, candidates, deviation};
+use crate::evidence::{Evidence, Normal, colour, regress};
+use crate::trajectories::SmoothedRecording;
 use crate::weak::{Column, WeakForm, Whitener};
-use lacuna_effects::{Law, Range};
+use lacuna_effects::{Law, Range, Variable};
 use rayon::prelude::*;
 
 /// Nats by which an effect must beat the model without it.
@@ -48,9 +49,52 @@ pub struct Screening {
     /// The chosen effects.
     pub chosen: Hypothesis,
     /// For each chosen effect, rivals and the nats they lie behind it.
-    pub rivals: Vec<Vec<(Candidate, f64)>>,
+    pub rivals: Vec<Vec<(Term, f64)>>,
     /// For each chosen effect, the nats it gains over leaving it out.
     pub gains: Vec<f64>,
+}
+
+/// The variable that a learned force depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Over {
+    /// The channel's coordinate or first-order state.
+    Coordinate,
+    /// The channel's velocity.
+    Velocity,
+    /// Time.
+    Time,
+}
+
+impl Over {
+    fn of(self, s: &SmoothedRecording, channel: usize, k: usize) -> f64 {
+        let at = s.local(channel, None, k);
+        match self {
+            Self::Coordinate => at.q,
+            Self::Velocity => at.v,
+            Self::Time => at.t,
+        }
+    }
+}
+
+/// A force learned without a formula.
+#[derive(Clone, Debug)]
+pub struct Learned {
+    /// Values of the variable.
+    pub at: Vec<f64>,
+    /// The force there.
+    pub force: Vec<f64>,
+    /// Its standard deviation.
+    pub std: Vec<f64>,
+    /// Log evidence (nats) that it gains.
+    pub gain: f64,
+}
+
+/// The range that holds all but a thousandth of the values at each end.
+fn central_range(values: &[f64]) -> (f64, f64) {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let cut = sorted.len() / 1000;
+    (sorted[cut], sorted[sorted.len() - 1 - cut])
 }
 
 /// The regression at one point of the parameters.
@@ -65,6 +109,11 @@ pub struct Screen<'w> {
 }
 
 impl<'w> Screen<'w> {
+    /// The smoothed recordings.
+    pub fn smoothed(&self) -> impl Iterator<Item = &SmoothedRecording> {
+        self.weak.smoothed()
+    }
+
     /// Set up the regression at `point`.
     #[must_use]
     pub fn new(weak: &'w WeakForm<'w>, point: Vec<f64>) -> Self {
@@ -189,24 +238,17 @@ impl<'w> Screen<'w> {
         vec![self.scale.max(f64::MIN_POSITIVE); self.weak.channels().len()]
     }
 
-    /// Variance of means over blocks relative to that of white noise, at least 1.
     fn colour(&self, residual: &[f64]) -> f64 {
-        const BLOCK: usize = 24;
-        let (mut sum, mut blocks, mut white, mut count) = (0.0, 0.0, 0.0, 0.0);
-        for (_, rows) in self.weak.segments() {
-            for block in residual[rows].chunks_exact(BLOCK) {
-                let total: f64 = block.iter().sum();
-                sum += total * total / BLOCK as f64;
-                blocks += 1.0;
-                white += block.iter().map(|r| r * r).sum::<f64>();
-                count += BLOCK as f64;
-            }
-        }
-        if blocks == 0.0 { 1.0 } else { ((sum / blocks) / (white / count)).max(1.0) }
+        let segments = self.weak.segments();
+        colour(segments.iter().map(|(_, rows)| &residual[rows.clone()]))
     }
 
     /// Evidence gains of all candidates over `base` with its noise, the best shape of each.
-    fn scan(&self, base: &Hypothesis, list: &[Candidate]) -> Result<Vec<(f64, Term)>, DiagnoseError> {
+    fn scan(
+        &self,
+        base: &Hypothesis,
+        list: &[Candidate],
+    ) -> Result<Vec<(f64, Term)>, DiagnoseError> {
         let whitener = self.weak.whitener(&base.tau)?;
         let system = self.system(&base.terms).whitened(&whitener);
         let residual = system.residual(&base.evidence);
@@ -257,10 +299,8 @@ impl<'w> Screen<'w> {
             return Some(dot(residual, &change) - 0.5 * dot(&change, &change));
         }
         let columns: Vec<Column> = term.columns(self.weak, &self.point);
-        let priors: Vec<Normal> = columns
-            .iter()
-            .map(|c| Normal { mean: 0.0, sd: amplitude_sd(self.scale, c) })
-            .collect();
+        let priors: Vec<Normal> =
+            columns.iter().map(|c| Normal { mean: 0.0, sd: amplitude_sd(self.scale, c) }).collect();
         let projected: Vec<Column> = columns
             .iter()
             .map(|c| {
@@ -303,20 +343,13 @@ impl<'w> Screen<'w> {
         let nominal = self.nominal(&calibrated)?;
         let list = candidates(self.weak.model(), self.weak.channels());
         let mut chosen = calibrated.clone();
-        let mut rivals: Vec<Vec<(Candidate, f64)>> = Vec::new();
+        let mut rivals: Vec<Vec<(Term, f64)>> = Vec::new();
         let mut first_gain = None;
         while chosen.terms.len() < MOST_EFFECTS {
             progress(&format!("screening {} candidates", list.len()));
-            let free: Vec<_> = list
-                .iter()
-                .filter(|c| !chosen.terms.iter().any(|t| t.candidate == **c))
-                .copied()
-                .collect();
+            let taken = |c: &Candidate| chosen.terms.iter().any(|t| t.candidate.excludes(c));
+            let free: Vec<_> = list.iter().filter(|c| !taken(c)).copied().collect();
             let scan = self.scan(&chosen, &free)?;
-            if std::env::var("LV").is_ok() {
-                eprintln!("base log {:.1} chi2/n {:.3} colour {:.2} tau {:?}", chosen.evidence.log, chosen.evidence.chi2 / self.weak.rows() as f64, chosen.colour, chosen.tau);
-                for (g, t) in scan.iter().take(12) { eprintln!("   {g:.1} {}@{} {:?}", t.candidate.effect.class, t.candidate.channel, t.shape); }
-            }
             let fits = scan
                 .par_iter()
                 .take(REFINED)
@@ -328,18 +361,24 @@ impl<'w> Screen<'w> {
                 .collect::<Result<Vec<_>, _>>()?;
             let mut fits: Vec<_> = fits.into_iter().filter(|h| self.is_sensible(h)).collect();
             fits.sort_by(|a, b| b.evidence.log.total_cmp(&a.evidence.log));
-            if std::env::var("LV").is_ok() {
-                for h in &fits { let t = h.terms.last().unwrap(); eprintln!("   => {:.1} colour {:.2} {}@{} {:?} {:?}", h.evidence.log - chosen.evidence.log, h.colour, t.candidate.effect.class, t.candidate.channel, t.shape, &h.evidence.coefficients[self.parameters.len()..]); }
+            let mut kept = Vec::new();
+            for h in fits {
+                if self.is_told_apart_from_motion(&h)
+                    && (chosen.terms.is_empty() || self.generalises(&chosen, &h)?)
+                {
+                    kept.push(h);
+                }
             }
+            fits = kept;
             let Some(best) = fits.first() else { break };
             let gain = (best.evidence.log - chosen.evidence.log) / best.colour;
             let needed = THRESHOLD.max(SHARE_OF_FIRST * first_gain.unwrap_or(0.0));
-            if gain < needed {
+            if gain < needed || !self.beats_a_remainder(&chosen, best, gain)? {
                 break;
             }
             first_gain.get_or_insert(gain);
             let behind = |h: &Hypothesis| (best.evidence.log - h.evidence.log) / best.colour;
-            let last = |h: &Hypothesis| h.terms[h.terms.len() - 1].candidate;
+            let last = |h: &Hypothesis| h.terms[h.terms.len() - 1].clone();
             rivals.push(fits.iter().skip(1).map(|h| (last(h), behind(h))).collect());
             chosen = best.clone();
         }
@@ -347,11 +386,98 @@ impl<'w> Screen<'w> {
         Ok(Screening { calibrated, nominal, chosen, rivals, gains })
     }
 
+    /// Whether a further effect says more than a force without a name would: a smooth curve
+    /// over the coordinate or the velocity of the same channel. If the curve gains more, what
+    /// is left is the remainder of formulas that are not exact, and no further law.
+    fn beats_a_remainder(
+        &self,
+        chosen: &Hypothesis,
+        with: &Hypothesis,
+        gain: f64,
+    ) -> Result<bool, DiagnoseError> {
+        let Some(added) = with.terms.last().filter(|_| !chosen.terms.is_empty()) else {
+            return Ok(true);
+        };
+        let Law::Force(_) = added.candidate.effect.law else { return Ok(true) };
+        for over in [Over::Coordinate, Over::Velocity] {
+            let curve = self.learn(&chosen.terms, &chosen.tau, added.candidate.channel, over)?;
+            if curve.gain > gain {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Whether the last effect, if it depends on time, does something that the motion does not
+    /// do as well: where the motion is periodic, a force that returns with it may as well be
+    /// one of the state, and these recordings cannot tell.
+    fn is_told_apart_from_motion(&self, h: &Hypothesis) -> bool {
+        const MOST_EXPLAINED: f64 = 0.5;
+        let Some(Term { candidate, shape }) = h.terms.last() else { return true };
+        let Law::Force(law) = candidate.effect.law else { return true };
+        if !candidate.effect.depends_on.contains(&Variable::Time) {
+            return true;
+        }
+        let (mut features, mut basis) = (Vec::new(), vec![Vec::new(); law.amplitudes()]);
+        for s in self.weak.smoothed() {
+            let series = s.basis(law, shape, candidate.channel, candidate.other);
+            for k in (0..s.len()).step_by(s.len().div_ceil(2000)) {
+                let at = s.local(candidate.channel, None, k);
+                features.push((at.q, at.v));
+                basis.iter_mut().zip(&series).for_each(|(b, x)| b.push(x[k]));
+            }
+        }
+        let explained = basis.iter().map(|b| share_explained_by_motion(&features, b));
+        explained.fold(0.0, f64::max) < MOST_EXPLAINED
+    }
+
+    /// Whether what `with` adds to `without` is learned from one half of the recordings and
+    /// found again in the other, both ways: a formula that is only slightly wrong leaves
+    /// remainders that a further law can fit, but seldom the same ones everywhere.
+    fn generalises(&self, without: &Hypothesis, with: &Hypothesis) -> Result<bool, DiagnoseError> {
+        let whitener = self.weak.whitener(&with.tau)?;
+        let systems =
+            [&without.terms, &with.terms].map(|terms| self.system(terms).whitened(&whitener));
+        let halves = self.halves();
+        let mut gains = [0.0; 2];
+        for (gain, learn) in gains.iter_mut().zip(0..2) {
+            let errors = systems.each_ref().map(|system| {
+                let part = system.rows(&halves[learn]);
+                let fit = part.regress()?;
+                let residual = system.rows(&halves[1 - learn]).residual(&fit);
+                Some(residual.iter().map(|r| r * r).sum::<f64>())
+            });
+            let [Some(without), Some(with)] = errors else { return Ok(false) };
+            *gain = 0.5 * (without - with);
+        }
+        let total = (gains[0] + gains[1]) / with.colour;
+        Ok(gains.iter().all(|&g| g > 0.0) && total > THRESHOLD)
+    }
+
+    /// Rows of two halves: every other recording, or the first and second half of a single
+    /// one.
+    fn halves(&self) -> [Vec<std::ops::Range<usize>>; 2] {
+        let mut halves = [vec![], vec![]];
+        let used = self.weak.channels().len();
+        let segments = self.weak.segments();
+        let single = segments.len() == used;
+        for (k, (_, rows)) in segments.into_iter().enumerate() {
+            if single {
+                let middle = rows.start + rows.len() / 2;
+                halves[0].push(rows.start..middle);
+                halves[1].push(middle..rows.end);
+            } else {
+                halves[(k / used) % 2].push(rows);
+            }
+        }
+        halves
+    }
+
     /// Drop effects that later ones made superfluous; the gains of those that stay.
     fn prune(
         &self,
         chosen: &mut Hypothesis,
-        rivals: &mut Vec<Vec<(Candidate, f64)>>,
+        rivals: &mut Vec<Vec<(Term, f64)>>,
     ) -> Result<Vec<f64>, DiagnoseError> {
         loop {
             let mut gains = Vec::new();
@@ -398,6 +524,62 @@ impl<'w> Screen<'w> {
         })
     }
 
+    /// What the residual shows of a force on `channel` that depends on one variable alone, in
+    /// addition to `terms`: bumps over the variable's range with a Gaussian prior, so that the
+    /// result is a smooth curve with its uncertainty.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when the weak form breaks down numerically.
+    pub fn learn(
+        &self,
+        terms: &[Term],
+        tau: &[f64],
+        channel: usize,
+        over: Over,
+    ) -> Result<Learned, DiagnoseError> {
+        const BUMPS: usize = 24;
+        let values: Vec<f64> = self
+            .weak
+            .smoothed()
+            .flat_map(|s| (0..s.len()).map(move |k| over.of(s, channel, k)))
+            .collect();
+        let (low, high) = central_range(&values);
+        let spacing = (high - low) / (BUMPS - 1) as f64;
+        let bump = |j: usize, x: f64| {
+            let z = (x - low - j as f64 * spacing) / (1.3 * spacing);
+            (-0.5 * z * z).exp()
+        };
+        let mut system = self.system(terms);
+        let known = system.columns.len();
+        for j in 0..BUMPS {
+            let column = self.weak.force_column(&self.point, channel, None, |s| {
+                (0..s.len()).map(|k| bump(j, over.of(s, channel, k).clamp(low, high))).collect()
+            });
+            system.priors.push(Normal { mean: 0.0, sd: amplitude_sd(self.scale, &column) });
+            system.columns.push(column);
+        }
+        let whitener = self.weak.whitener(tau)?;
+        let failed = || DiagnoseError::Weak { reason: "the regression is not finite".into() };
+        let with = system.whitened(&whitener);
+        let fit = with.regress().ok_or_else(failed)?;
+        let without = self.fit(&self.system(terms), tau)?.ok_or_else(failed)?;
+        let colour = self.colour(&with.residual(&fit));
+        let at: Vec<f64> = (0..4 * BUMPS)
+            .map(|k| low + (high - low) * k as f64 / (4 * BUMPS - 1) as f64)
+            .collect();
+        let (mut force, mut std) = (vec![], vec![]);
+        for &x in &at {
+            let b: Vec<f64> = (0..BUMPS).map(|j| bump(j, x)).collect();
+            force.push((0..BUMPS).map(|j| b[j] * fit.coefficients[known + j]).sum());
+            let variance: f64 = (0..BUMPS)
+                .flat_map(|i| (0..BUMPS).map(move |j| (i, j)))
+                .map(|(i, j)| b[i] * b[j] * fit.covariance[(known + i, known + j)])
+                .sum();
+            std.push((variance * colour).max(0.0).sqrt());
+        }
+        Ok(Learned { at, force, std, gain: (fit.log - without.log) / colour })
+    }
+
     /// Indices of the model's parameters that are regressed.
     #[must_use]
     pub fn free_parameters(&self) -> Vec<usize> {
@@ -437,6 +619,27 @@ fn sensible(term: &Term, amplitudes: &[f64], std: impl Fn(usize) -> f64) -> bool
         && (0..amplitudes.len()).any(|k| !one_sided(k) || physical[k] > 0.0)
 }
 
+/// Share of a series' variance that a cubic polynomial of coordinate and velocity explains.
+fn share_explained_by_motion(motion: &[(f64, f64)], series: &[f64]) -> f64 {
+    let standard = |values: Vec<f64>| -> Vec<f64> {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let sd = deviation(&values).max(f64::MIN_POSITIVE);
+        values.iter().map(|v| (v - mean) / sd).collect()
+    };
+    let q = standard(motion.iter().map(|m| m.0).collect());
+    let v = standard(motion.iter().map(|m| m.1).collect());
+    let powers: Vec<(i32, i32)> = (0..4).flat_map(|i| (0..4 - i).map(move |j| (i, j))).collect();
+    let columns: Vec<Vec<f64>> = powers
+        .iter()
+        .map(|&(i, j)| q.iter().zip(&v).map(|(q, v)| q.powi(i) * v.powi(j)).collect())
+        .collect();
+    let target = standard(series.to_vec());
+    let refs: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    let wide = vec![Normal { mean: 0.0, sd: 1e3 }; columns.len()];
+    let Some(fit) = regress(&target, &refs, &wide, 0.0) else { return 0.0 };
+    1.0 - fit.chi2 / target.iter().map(|t| t * t).sum::<f64>().max(f64::MIN_POSITIVE)
+}
+
 /// Target, columns and priors of a regression.
 struct System {
     target: Column,
@@ -463,6 +666,17 @@ struct WhitenedSystem {
 }
 
 impl WhitenedSystem {
+    /// The same regression on some of the rows.
+    fn rows(&self, ranges: &[std::ops::Range<usize>]) -> Self {
+        let pick = |c: &Column| ranges.iter().flat_map(|r| c[r.clone()].iter().copied()).collect();
+        Self {
+            target: pick(&self.target),
+            columns: self.columns.iter().map(pick).collect(),
+            priors: self.priors.clone(),
+            log_determinant: 0.0,
+        }
+    }
+
     fn refs(&self) -> Vec<&[f64]> {
         self.columns.iter().map(Vec::as_slice).collect()
     }
@@ -481,11 +695,8 @@ impl WhitenedSystem {
 
     /// Take from a column what the base would explain of it: `c - X H^-1 X^T c`.
     fn project_out(&self, fit: &Evidence, column: &mut [f64]) {
-        let dots: Vec<f64> = self
-            .columns
-            .iter()
-            .map(|x| x.iter().zip(&*column).map(|(a, b)| a * b).sum())
-            .collect();
+        let dots: Vec<f64> =
+            self.columns.iter().map(|x| x.iter().zip(&*column).map(|(a, b)| a * b).sum()).collect();
         for (i, x) in self.columns.iter().enumerate() {
             let b: f64 = (0..dots.len()).map(|j| fit.covariance[(i, j)] * dots[j]).sum();
             column.iter_mut().zip(x).for_each(|(c, x)| *c -= b * x);
@@ -517,8 +728,9 @@ impl Bounds {
             let (low, high) = (map(values[0]), map(values[values.len() - 1]));
             // A sign (of an end stop's side) is no magnitude to refine.
             let fixed = values.iter().all(|v| v.abs() == 1.0) || values.len() == 1;
-            let step = (high - low) / values.len().max(2) as f64;
-            let room = if positive { 1.2 } else { 0.1 * (high - low) };
+            let step = (high - low) / values.len() as f64;
+            // One step of the grid beyond its ends: further off a law is another law.
+            let room = (high - low) / (values.len().max(2) - 1) as f64;
             this.low.push(low - room);
             this.high.push(high + room);
             this.logarithmic.push(positive);

@@ -42,8 +42,7 @@ impl SmoothedRecording {
         dataset: &Dataset,
         observed: &Observed,
     ) -> Result<Self, DiagnoseError> {
-        let (n, width, samples) =
-            (model.coordinates.len(), model.machine_states(), observed.len());
+        let (n, width, samples) = (model.coordinates.len(), model.machine_states(), observed.len());
         let mut this = Self {
             times: observed.times.clone(),
             commands: observed.commands.clone(),
@@ -78,7 +77,8 @@ impl SmoothedRecording {
                     this.accelerations[k * n + channel] = path.second[k];
                 }
                 let innovation = values[k] - path.value[k];
-                this.innovations[channel][k] = if innovation.is_finite() { innovation } else { 0.0 };
+                this.innovations[channel][k] =
+                    if innovation.is_finite() { innovation } else { 0.0 };
             }
         }
         Ok(this)

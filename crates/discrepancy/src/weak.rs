@@ -21,12 +21,10 @@
 use crate::DiagnoseError;
 use crate::dataset::Dataset;
 use crate::trajectories::SmoothedRecording;
-use lacuna_occupation::{
-    BandedCholesky, Functional, Quadrature, SymmetricBanded, TestFunction,
-};
-use lacuna_plants::{Hold, Model};
+use lacuna_occupation::{BandedCholesky, Functional, Quadrature, SymmetricBanded, TestFunction};
 use lacuna_plants::expression::Bound;
 use lacuna_plants::model::Equations;
+use lacuna_plants::{Hold, Model};
 use nalgebra::DMatrix;
 
 /// A vector of the weak regression: recording after recording, channel after channel,
@@ -395,9 +393,8 @@ impl WeakRecording {
             stride: (samples / OVERLAP).max(1),
         };
         let functionals = |derivative| {
-            test.functionals(times, Quadrature::Trapezoid, derivative).map_err(|e| {
-                DiagnoseError::Weak { reason: format!("{name}: {e}") }
-            })
+            test.functionals(times, Quadrature::Trapezoid, derivative)
+                .map_err(|e| DiagnoseError::Weak { reason: format!("{name}: {e}") })
         };
         let functionals = [functionals(0)?, functionals(1)?, functionals(2)?];
         let covariance = |k: usize| SymmetricBanded::covariance(&functionals[k]).map_err(weak);
@@ -411,7 +408,7 @@ impl WeakRecording {
     }
 }
 
-/// Width of the windows: half of the fastest channel's typical time, so that windows see
+/// Width of the windows: a third of the fastest channel's typical time, so that windows see
 /// within a swing and not across several.
 fn window_width(model: &Model, smoothed: &[SmoothedRecording], channels: &[usize]) -> f64 {
     let n = model.coordinates.len();
@@ -432,9 +429,9 @@ fn window_width(model: &Model, smoothed: &[SmoothedRecording], channels: &[usize
         }
         (slow / f64::max(fast, f64::MIN_POSITIVE)).sqrt()
     };
-    let share: f64 = std::env::var("LW").ok().and_then(|v| v.parse().ok()).unwrap_or(0.5);
+    const SHARE: f64 = 0.3;
     let fastest = channels.iter().map(|&c| typical(c)).fold(f64::INFINITY, f64::min);
-    share * std::f64::consts::TAU * fastest
+    SHARE * std::f64::consts::TAU * fastest
 }
 
 /// Factors of the noise covariance: one a recording and used channel.

@@ -1,1 +1,31 @@
-//! Finds the physics that a simulator leaves out
+//! **Lacuna finds the physics that a simulator leaves out.**
+//!
+//! A model says `M(q) q'' = F(q, q', u; p)`; the machine obeys
+//!
+//! ```text
+//! M(q) q'' = F(q, q', u; p) + r
+//! ```
+//!
+//! and Lacuna finds r: where it acts, which physics it is, with numbers and units.
+//!
+//! | step | crate |
+//! | --- | --- |
+//! | what moves: models, integrators | [`plants`] |
+//! | the catalogue of effects r can be made of | [`effects`] |
+//! | what drives and disturbs it | [`excitation`] |
+//! | what was seen | [`recordings`] |
+//! | x^(s) = f + g u from whole trajectories | [`occupation`] |
+//! | from mismatch to findings | [`discrepancy`] |
+//! | computed torque on true or identified models | [`control`] |
+//! | pictures and words | [`report`] |
+//!
+//! The `lacuna` command is a thin layer on these; see its `--help`.
+
+pub use lacuna_control as control;
+pub use lacuna_discrepancy as discrepancy;
+pub use lacuna_effects as effects;
+pub use lacuna_excitation as excitation;
+pub use lacuna_occupation as occupation;
+pub use lacuna_plants as plants;
+pub use lacuna_recordings as recordings;
+pub use lacuna_report as report;

@@ -1,1 +1,43 @@
-fn main() {}
+//! The `lacuna` command.
+
+mod commands;
+mod output;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Finds the physics that a simulator leaves out.
+#[derive(Parser)]
+#[command(version, about, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// What is in the recordings, do they fit the model, is the excitation rich enough
+    Check(commands::check::Arguments),
+    /// Run the model on a recording's inputs; error per channel
+    Simulate(commands::simulate::Arguments),
+    /// Find the physics that the model leaves out
+    Diagnose(commands::diagnose::Arguments),
+    /// Without a model: drift and control effectiveness by occupation-kernel regression
+    Identify(commands::identify::Arguments),
+    /// Conceal an effect in made-up recordings, diagnose them, and unseal it
+    Demo(commands::demo::Arguments),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Check(a) => commands::check::run(&a),
+        Command::Simulate(a) => commands::simulate::run(&a),
+        Command::Diagnose(a) => commands::diagnose::run(&a),
+        Command::Identify(a) => commands::identify::run(&a),
+        Command::Demo(a) => commands::demo::run(&a),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("lacuna: {error}");
+        ExitCode::from(2)
+    })
+}

@@ -28,7 +28,7 @@ pub mod two_link;
 pub use adaptive::{Tolerance, dormand_prince};
 pub use duffing::Duffing;
 pub use input::{Hold, Input, InputFn, SampledInput};
-pub use integrate::{SimulationError, Trajectory, rk4};
+pub use integrate::{SimulationError, Trajectory, rk4, rk4_sampled};
 pub use model::{Model, ModelError, System};
 pub use plant::Plant;
 pub use two_link::TwoLinkArm;

@@ -2,11 +2,13 @@
 //! states `h' = D(q, q', h, u)`, with the effects of the catalogue that act on them.
 
 mod error;
+mod observation;
 mod read;
 mod system;
 mod write;
 
 pub use error::{ModelError, Place};
+pub use observation::Observation;
 pub use system::{Equations, System};
 pub use write::{Augmentation, NewEffect, augmented_text};
 

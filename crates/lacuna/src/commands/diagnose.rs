@@ -1,0 +1,112 @@
+//! `lacuna diagnose`: find the physics that a model leaves out.
+
+use super::Outcome;
+use crate::output::{colour, spinner, write_whole};
+use clap::Args;
+use lacuna::discrepancy::diagnose::{self, Proof};
+use lacuna::discrepancy::diagnosis::{Diagnosis, Verdict};
+use lacuna::discrepancy::{Dataset, Output};
+use lacuna::plants::Model;
+use lacuna::plants::model::augmented_text;
+use lacuna::recordings::RecordingSource;
+use lacuna::report;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The model file
+    model: PathBuf,
+    /// Recordings to fit: FILE.csv, FILE.csv#rows=100..200 or FILE.csv#t=1.0..2.5
+    #[arg(required = true)]
+    recordings: Vec<RecordingSource>,
+    /// Recordings for proof alone; without any, one in four (or the last quarter of a single
+    /// one) is kept
+    #[arg(long, num_args = 1..)]
+    held_out: Vec<RecordingSource>,
+    /// Write diagnosis.json, augmented.toml and report.html to this folder
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Return 1 where there is a mismatch
+    #[arg(long)]
+    exit_code: bool,
+    /// Print diagnosis.json instead of the summary
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let model = Model::read(&a.model)?;
+    let (training, held_out) = datasets(&model, &a.recordings, &a.held_out)?;
+    let bar = spinner(a.quiet || a.json);
+    let outcome = diagnose::diagnose(&model, &training, &held_out, &|doing| {
+        bar.set_message(doing.to_owned());
+    });
+    bar.finish_and_clear();
+    let outcome = outcome?;
+    if let Some(folder) = &a.out {
+        let file = a.model.display().to_string();
+        let augmented =
+            augmented_text(&std::fs::read_to_string(&a.model)?, &file, &outcome.augmentation)?;
+        write(folder, &outcome.diagnosis, &augmented, &proofs(&training, &outcome.proofs))?;
+    }
+    if a.json {
+        println!("{}", serde_json::to_string_pretty(&outcome.diagnosis)?);
+    } else if !a.quiet {
+        print!("{}", report::summary(&outcome.diagnosis, colour()));
+        if let Some(folder) = &a.out {
+            println!("Written: {}", folder.join("report.html").display());
+        }
+    }
+    let mismatch = outcome.diagnosis.verdict != Verdict::NoMismatch;
+    Ok(ExitCode::from(u8::from(a.exit_code && mismatch)))
+}
+
+/// Training and held-out data, the noise of the training recordings in both.
+fn datasets(
+    model: &Model,
+    recordings: &[RecordingSource],
+    held_out: &[RecordingSource],
+) -> Result<(Dataset, Dataset), Box<dyn std::error::Error>> {
+    let all = Dataset::read(model, recordings)?;
+    if held_out.is_empty() {
+        return Ok(diagnose::split(&all));
+    }
+    let held = Dataset::read(model, held_out)?;
+    let held = all.with_recordings(held.recordings);
+    Ok((all, held))
+}
+
+/// Write the results of a diagnosis to a folder.
+pub fn write(
+    folder: &Path,
+    diagnosis: &Diagnosis,
+    augmented: &str,
+    proofs: &[report::Proof],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let page = report::page(diagnosis, augmented, proofs);
+    write_whole(&folder.join("diagnosis.json"), &serde_json::to_string_pretty(diagnosis)?)?;
+    write_whole(&folder.join("augmented.toml"), augmented)?;
+    write_whole(&folder.join("report.html"), &page)?;
+    Ok(())
+}
+
+/// The series that the report draws.
+pub fn proofs(data: &Dataset, proofs: &[Proof]) -> Vec<report::Proof> {
+    let series = |p: &Proof, k: usize, output: &Output| report::Proof {
+        recording: p.observed.name.clone(),
+        channel: output.name.clone(),
+        unit: output.unit.clone(),
+        time: p.observed.times.clone(),
+        measured: p.observed.outputs[k].clone(),
+        before: p.before.outputs[k].clone(),
+        after: p.after.outputs[k].clone(),
+    };
+    proofs
+        .iter()
+        .flat_map(|p| data.outputs.iter().enumerate().map(move |(k, o)| series(p, k, o)))
+        .collect()
+}

@@ -1,0 +1,12 @@
+//! One module a command: its arguments, and what it does with the library.
+
+pub mod check;
+pub mod demo;
+pub mod diagnose;
+pub mod identify;
+pub mod simulate;
+
+use std::process::ExitCode;
+
+/// What a command returns: its exit code, or an error that is printed as it is.
+pub type Outcome = Result<ExitCode, Box<dyn std::error::Error>>;
