@@ -7,7 +7,7 @@ use lacuna::discrepancy::Dataset;
 use lacuna::discrepancy::diagnose as ladder;
 use lacuna::effects;
 use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
-use lacuna::plants::model::{Augmentation, ModelEffect, NewEffect, augmented_text};
+use lacuna::plants::model::{ModelEffect, NewEffect, augmented_text};
 use lacuna::plants::{Model, SampledInput, System, rk4};
 use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
 use lacuna::report;
@@ -118,7 +118,7 @@ fn record(truth: &Model, seed: u64, out: &Path) -> Result<Vec<RecordingSource>, 
     (0..RECORDINGS)
         .map(|k| {
             let mut rng = rng(seed, 1 + k);
-            let torque = SumOfSinusoids::random(1, 4, &ranges, &mut rng)?.sample(&times);
+            let torque = SumOfSinusoids::random(&mut rng, 1, 4, &ranges)?.sample(&times);
             let input = SampledInput { times: &times, values: &torque, hold: truth.hold };
             let start = [rng.random_range(-0.3..0.3), 0.0];
             let motion = rk4(&system, &system.at_rest(&start), &input, &times, STEP / 4.0)?;
