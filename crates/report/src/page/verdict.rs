@@ -1,0 +1,74 @@
+//! The verdict: what is the matter, how sure, and whether it helps.
+
+use crate::number::{change, percent, plain};
+use crate::words;
+use lacuna_discrepancy::Diagnosis;
+use lacuna_discrepancy::diagnosis::{ChannelMismatch, Verdict};
+use maud::{Markup, html};
+
+pub(crate) fn section(d: &Diagnosis) -> Markup {
+    html! {
+        section #verdict.verdict.(tone(d.verdict)) aria-labelledby="verdict-title" {
+            p.kind { (kind(d.verdict)) }
+            h1 #verdict-title { (words::headline(d)) }
+            p { (words::verdict(d)) }
+            (tiles(d))
+            @if !d.notes.is_empty() {
+                p.about {
+                    a href="#notes" {
+                        @if d.notes.len() == 1 { "One note" } @else { (d.notes.len()) " notes" }
+                        " on what these data cannot tell"
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn kind(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NoMismatch => "No mismatch",
+        Verdict::Miscalibrated => "Miscalibrated",
+        Verdict::MissingPhysics => "Missing physics",
+        Verdict::SensorFault => "Sensor fault",
+        Verdict::Unexplained => "Unexplained mismatch",
+    }
+}
+
+fn tone(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NoMismatch => "good",
+        Verdict::Unexplained => "open",
+        _ => "found",
+    }
+}
+
+/// The numbers that a reader looks for first.
+fn tiles(d: &Diagnosis) -> Markup {
+    let tile = |name: &str, number: &str, about: &str| {
+        html! { div.tile { dt { (name) } dd { strong { (number) } span { (about) } } } }
+    };
+    let unexplained = d.ladder.iter().find(|r| r.what == "unexplained");
+    html! {
+        dl.tiles {
+            @for f in &d.findings {
+                (tile("How sure", &percent(f.probability), &format!("that it is {}", words::name(f))))
+            }
+            @if d.findings.is_empty() { @if let Some((channel, m)) = suspected(d) {
+                (tile("Evidence for missing physics", &plain(m.significance, "nats"), &format!("at most, in {channel}; 10 nats are odds of 22 000 to 1")))
+            } }
+            @if let Some((channel, fit)) = words::telling(d) {
+                @let arrow = change(fit.rmse_before, "→", fit.rmse_after, &fit.unit);
+                (tile("Held-out error", &arrow, &format!("{channel} over {}, before → after; noise {}", plain(fit.horizon_s, "s"), plain(fit.noise, &fit.unit))))
+            }
+            @if let (Some(rest), true) = (unexplained, d.verdict != Verdict::NoMismatch) {
+                (tile("Still unexplained", &percent(rest.share), "of the mismatch"))
+            }
+        }
+    }
+}
+
+/// The channel with the most evidence for a missing force.
+fn suspected(d: &Diagnosis) -> Option<(&String, &ChannelMismatch)> {
+    d.location.channels.iter().max_by(|a, b| a.1.significance.total_cmp(&b.1.significance))
+}

@@ -1,0 +1,175 @@
+//! What a diagnosis says, in sentences: the summary and the page use the same.
+
+use crate::number::{change, diverged, percent, plain, ratio, with_std};
+use lacuna_discrepancy::diagnosis::{
+    Calibration, ChannelFit, Diagnosis, Estimate, Finding, Verdict,
+};
+
+/// Rivals below this probability are left out of the summary.
+pub(crate) const LIKELY: f64 = 0.02;
+/// A parameter that moved by more than this many standard deviations is worth a line.
+const MOVED: f64 = 2.0;
+/// An error that falls by less than this share has not fallen.
+const FALLS: f64 = 0.05;
+
+/// The verdict in one line, without numbers.
+#[must_use]
+pub fn headline(d: &Diagnosis) -> String {
+    match d.verdict {
+        Verdict::NoMismatch => format!("{} explains the recordings", d.model),
+        Verdict::Miscalibrated => {
+            format!("{} has the right physics, with wrong parameters", d.model)
+        }
+        Verdict::MissingPhysics if d.findings.is_empty() => {
+            format!("Physics is missing from {}", d.model)
+        }
+        Verdict::MissingPhysics => format!("Missing from {}: {}", d.model, list(&named(d, false))),
+        Verdict::SensorFault if d.findings.is_empty() => "A sensor is wrong".to_owned(),
+        Verdict::SensorFault => format!("A sensor is wrong: {}", list(&named(d, false))),
+        Verdict::Unexplained => format!("{} is wrong in a way not in the catalogue", d.model),
+    }
+}
+
+/// The verdict in one sentence, with numbers.
+#[must_use]
+pub fn verdict(d: &Diagnosis) -> String {
+    let model = &d.model;
+    let (start, link) = match d.verdict {
+        Verdict::NoMismatch => (format!("{model} explains the recordings down to the noise"), ": "),
+        Verdict::Miscalibrated => {
+            let moved: Vec<String> = moved(d).map(|(name, c)| calibration(name, c)).collect();
+            let which =
+                if moved.is_empty() { "its parameters are not".into() } else { list(&moved) };
+            (format!("The physics of {model} is right, but {which}"), "; after calibration ")
+        }
+        Verdict::MissingPhysics if d.findings.is_empty() => {
+            (format!("Physics is missing from {model}"), ": ")
+        }
+        Verdict::MissingPhysics => {
+            (format!("{model} lacks {}", list(&named(d, true))), "; with it ")
+        }
+        Verdict::SensorFault if d.findings.is_empty() => {
+            ("A sensor is wrong, not the physics".to_owned(), ": ")
+        }
+        Verdict::SensorFault => (
+            format!("A sensor is wrong, not the physics: {}", list(&named(d, true))),
+            "; with it in the model ",
+        ),
+        Verdict::Unexplained => {
+            (format!("{model} is wrong in a way that the catalogue does not explain"), ": ")
+        }
+    };
+    match telling(d) {
+        Some((channel, fit)) => format!("{start}{link}{}.", outcome(channel, fit)),
+        None => format!("{start}; no recording was held out to prove it."),
+    }
+}
+
+/// The held-out channel that tells most: where the model was worst.
+#[must_use]
+pub fn telling(d: &Diagnosis) -> Option<(&str, &ChannelFit)> {
+    by_error(d).into_iter().next()
+}
+
+/// Held-out channels, those where the model was worst, in units of the noise, first.
+#[must_use]
+pub fn by_error(d: &Diagnosis) -> Vec<(&str, &ChannelFit)> {
+    let mut all: Vec<_> = d.fit.held_out.iter().map(|(name, f)| (name.as_str(), f)).collect();
+    let badness = |f: &ChannelFit| f.rmse_before / f.noise;
+    all.sort_by(|a, b| badness(b.1).total_cmp(&badness(a.1)));
+    all
+}
+
+/// What became of the error of a held-out channel.
+fn outcome(channel: &str, fit: &ChannelFit) -> String {
+    let (before, after) = (plain(fit.rmse_before, &fit.unit), plain(fit.rmse_after, &fit.unit));
+    let of = format!("the error of {channel} on held-out recordings");
+    let noise = times_noise(fit).map_or(String::new(), |n| format!(", {n}"));
+    if !fit.rmse_after.is_finite() || diverged(fit.rmse_after) {
+        return format!("the simulation of {channel} on held-out recordings diverges");
+    }
+    if diverged(fit.rmse_before) {
+        return format!("{of} is {after}{noise}, where the model as it was diverges");
+    }
+    if falls(fit.rmse_before, fit.rmse_after) {
+        return format!(
+            "{of} falls from {}{noise}",
+            change(fit.rmse_before, "to", fit.rmse_after, &fit.unit)
+        );
+    }
+    if before == after {
+        return format!("{of} is {after}{noise}");
+    }
+    format!("{of} does not fall ({before} before, {after} after{noise})")
+}
+
+/// Whether an error becomes smaller by more than chance.
+pub(crate) fn falls(before: f64, after: f64) -> bool {
+    after < (1.0 - FALLS) * before
+}
+
+/// Whether an error becomes larger by more than chance.
+pub(crate) fn grows(before: f64, after: f64) -> bool {
+    falls(after, before)
+}
+
+/// The error after, in words, against the noise.
+pub(crate) fn times_noise(fit: &ChannelFit) -> Option<String> {
+    let times = fit.rmse_after / fit.noise;
+    (fit.noise > 0.0 && times.is_finite()).then(|| format!("{} times the noise", ratio(times)))
+}
+
+/// Parameters that the recordings move by more than two standard deviations.
+pub fn moved(d: &Diagnosis) -> impl Iterator<Item = (&str, &Calibration)> {
+    let far = |c: &Calibration| (c.value - c.nominal).abs() > MOVED * c.std;
+    d.calibration.iter().filter(move |(_, c)| far(c)).map(|(name, c)| (name.as_str(), c))
+}
+
+/// What the recordings say of a parameter: `p1 is 3.61 ± 0.02 kg m^2 instead of 3.473 (+3.9 %)`.
+#[must_use]
+pub fn calibration(name: &str, c: &Calibration) -> String {
+    let value = with_std(c.value, c.std, &c.unit);
+    format!("{name} is {value} instead of {}{}", c.nominal, shift(c))
+}
+
+/// Relative change of a parameter, in parentheses; nothing where the model says zero.
+pub(crate) fn shift(c: &Calibration) -> String {
+    let share = 100.0 * (c.value - c.nominal) / c.nominal.abs();
+    if share.is_finite() { format!(" ({share:+.1} %)") } else { String::new() }
+}
+
+/// What an effect is, in words: `dry (Coulomb) friction on q`.
+#[must_use]
+pub fn name(finding: &Finding) -> String {
+    let other = finding.other.as_ref().map_or_else(String::new, |o| format!(" and {o}"));
+    format!("{} on {}{other}", class_words(&finding.class), finding.channel)
+}
+
+/// The words of a class; its name with spaces where the catalogue does not have it.
+#[must_use]
+pub fn class_words(class: &str) -> String {
+    lacuna_effects::find(class).map_or_else(|| class.replace('_', " "), |e| e.words.to_owned())
+}
+
+/// A parameter: `magnitude 20.41 ± 0.12 N`.
+#[must_use]
+pub fn parameter(name: &str, e: &Estimate) -> String {
+    format!("{} {}", name.replace('_', " "), with_std(e.value, e.std, &e.unit))
+}
+
+fn named(d: &Diagnosis, sure: bool) -> Vec<String> {
+    let words = |f: &Finding| match sure {
+        true => format!("{} ({} sure)", name(f), percent(f.probability)),
+        false => name(f),
+    };
+    d.findings.iter().map(words).collect()
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn list(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [only] => only.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}

@@ -1,0 +1,74 @@
+//! The terminal summary says all that matters in lines that fit.
+
+use crate::cases::{missing, null, two_findings, unexplained};
+use lacuna_discrepancy::diagnosis::Verdict;
+use lacuna_report::summary;
+
+#[test]
+fn a_finding_is_told_with_its_numbers() {
+    let text = summary(&missing(), false);
+    let first = text.lines().next().unwrap();
+    assert!(first.starts_with("emps lacks dry (Coulomb) friction on q (97 % sure); with it"));
+    for words in [
+        "falls from 4.31e-3 to 2.34e-5 m, 1.1 times the noise",
+        "Dry (Coulomb) friction on q is missing from emps",
+        "magnitude 20.41 ± 0.12 N",
+        "smoothing velocity 0.00412 ± 0.00031 m/s",
+        "probability 97 %",
+        "or stribeck_friction on q 3 %",
+        "viscous is 214.2 ± 1.9 N s/m instead of 203.5 (+5.3 %)",
+        "0.0873 -> 0.000412 m running free; noise 2.10e-5 m",
+        "Note: Stribeck friction cannot be excluded",
+    ] {
+        let joined = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(joined.contains(words), "{words} in\n{text}");
+    }
+    assert!(!text.contains("cogging"), "a rival below 2 % is left out");
+    assert!(!text.contains("mass is"), "a parameter within 2 std is left out");
+}
+
+#[test]
+fn every_verdict_has_a_true_sentence() {
+    let starts = |d| summary(&d, false).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        starts(null()).starts_with("emps explains the recordings down to the noise: the error")
+    );
+    let wrong = starts(unexplained());
+    assert!(wrong.contains("is wrong in a way that the catalogue does not explain"), "{wrong}");
+    let mut d = missing();
+    d.findings.clear();
+    d.verdict = Verdict::Miscalibrated;
+    let text = starts(d.clone());
+    assert!(text.starts_with("The physics of emps is right, but viscous is 214.2 ± 1.9 N s/m"));
+    d.fit.held_out.clear();
+    assert!(starts(d).contains("no recording was held out to prove it"));
+}
+
+#[test]
+fn an_error_that_grows_is_admitted() {
+    let mut d = missing();
+    let fit = d.fit.held_out.get_mut("q").unwrap();
+    fit.rmse_after = 2.0 * fit.rmse_before;
+    let text = summary(&d, false).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("does not fall") && text.contains("(worse than before)"), "{text}");
+}
+
+#[test]
+fn lines_fit_the_terminal_and_stay_few() {
+    for d in [missing(), two_findings(), null(), unexplained()] {
+        let text = summary(&d, false);
+        assert!(text.lines().all(|l| l.chars().count() <= 100), "{text}");
+        assert!(text.lines().count() <= 18, "{text}");
+        assert!(!text.contains('\u{1b}'));
+    }
+}
+
+#[test]
+fn colour_only_when_asked_and_names_cannot_bring_their_own() {
+    let mut d = missing();
+    d.findings[0].says = "\u{1b}[31mred".into();
+    assert!(!summary(&d, false).contains('\u{1b}'));
+    let coloured = summary(&d, true);
+    assert!(coloured.starts_with("\u{1b}[1;33memps lacks"));
+    assert_eq!(coloured.matches("\u{1b}[").count(), 2 * coloured.matches("\u{1b}[0m").count());
+}
