@@ -44,15 +44,19 @@ impl Dimension {
             (coordinate, self.coordinate),
             (input, self.input),
         ];
-        let mut above = Vec::new();
-        let mut below = Vec::new();
+        let mut factors = Vec::new();
         for (unit, power) in parts {
-            if power > 0 {
-                factor(unit, power, &mut above, &mut below);
-            } else if power < 0 {
-                factor(unit, -power, &mut below, &mut above);
-            }
+            multiply(&mut factors, unit, i32::from(power));
         }
+        let side = |sign: i32| -> Vec<String> {
+            let here = factors.iter().filter(|(_, power)| power * sign > 0);
+            here.map(|(symbol, power)| match power.abs() {
+                1 => (*symbol).to_owned(),
+                p => format!("{symbol}^{p}"),
+            })
+            .collect()
+        };
+        let (above, below) = (side(1), side(-1));
         let top = if above.is_empty() { "1".to_owned() } else { above.join(" ") };
         match below.len() {
             0 => top,
@@ -62,20 +66,23 @@ impl Dimension {
     }
 }
 
-/// Put `unit^power` above the line; a unit that is itself a quotient (`m/s`) goes to both sides.
-fn factor(unit: &str, power: i8, above: &mut Vec<String>, below: &mut Vec<String>) {
-    let power_of = |u: &str| {
-        if power == 1 { u.to_owned() } else { format!("{u}^{power}") }
-    };
-    match unit.split_once('/') {
-        _ if unit.is_empty() || unit == "1" => {}
-        Some((top, bottom)) => {
-            if top != "1" {
-                above.push(power_of(top.trim()));
+/// Multiply a product of symbols by `unit^power`: `m/s` to the power of -1 is `s` times `m^-1`,
+/// and what stands above and below the line cancels.
+fn multiply<'u>(factors: &mut Vec<(&'u str, i32)>, unit: &'u str, power: i32) {
+    let (top, bottom) = unit.split_once('/').unwrap_or((unit, ""));
+    for (side, sign) in [(top, 1), (bottom, -1)] {
+        let symbols = side.split([' ', '(', ')']).filter(|s| !s.is_empty() && *s != "1");
+        for written in symbols {
+            let (symbol, exponent) = match written.split_once('^') {
+                Some((symbol, e)) => e.parse().map_or((written, 1), |e: i32| (symbol, e)),
+                None => (written, 1),
+            };
+            let more = sign * exponent * power;
+            match factors.iter_mut().find(|(s, _)| *s == symbol) {
+                Some((_, total)) => *total += more,
+                None => factors.push((symbol, more)),
             }
-            below.push(power_of(bottom.trim()));
         }
-        None => above.push(power_of(unit)),
     }
 }
 
@@ -93,5 +100,10 @@ mod tests {
         assert_eq!(Dimension::INPUT.text("", "", "A"), "A");
         // A first-order state in metres: its "force" is a rate, m/s.
         assert_eq!(Dimension::FORCE.text("m/s", "m", ""), "m/s");
+        // What is above and below the line cancels.
+        assert_eq!(Dimension::new(1, -1, 0).text("degC/s", "degC", ""), "1/s");
+        assert_eq!(Dimension::new(1, -1, 0).text("kg/(m s)", "m^2", ""), "kg/(m^3 s)");
+        // A power that is no whole number is part of the symbol.
+        assert_eq!(Dimension::FORCE.text("m^2.5/s", "m", ""), "m^2.5/s");
     }
 }
