@@ -1,0 +1,143 @@
+//! The catalogue as a whole: names, completeness, units.
+
+use lacuna_effects::{CATALOGUE, Dimension, Law, find};
+use std::collections::BTreeSet;
+
+/// The class names of the design, but for backlash, unknown_function and parameter_error, which
+/// are no laws of this catalogue.
+const DESIGNED: [&str; 28] = [
+    "viscous_friction",
+    "coulomb_friction",
+    "stribeck_friction",
+    "asymmetric_friction",
+    "quadratic_drag",
+    "constant_force",
+    "linear_stiffness",
+    "cubic_stiffness",
+    "end_stop",
+    "gravity_torque",
+    "cogging",
+    "coupling_stiffness",
+    "coriolis_coupling",
+    "hysteresis",
+    "viscoelastic",
+    "hidden_resonance",
+    "periodic_disturbance",
+    "step_change",
+    "gain_error",
+    "dead_zone",
+    "saturation",
+    "input_delay",
+    "actuator_lag",
+    "sensor_scale",
+    "sensor_bias",
+    "sensor_delay",
+    "linear_loss",
+    "quadratic_loss",
+];
+
+#[test]
+fn every_designed_effect_is_there_once() {
+    let classes: Vec<_> = CATALOGUE.iter().map(|e| e.class).collect();
+    let unique: BTreeSet<_> = classes.iter().collect();
+    assert_eq!(unique.len(), classes.len());
+    for class in DESIGNED {
+        assert_eq!(find(class).map(|e| e.class), Some(class));
+    }
+    assert!(find("Coulomb_friction").is_none() && find("").is_none());
+}
+
+#[test]
+fn parameters_have_unique_names_and_laws_use_them_all() {
+    for effect in CATALOGUE {
+        let names: BTreeSet<_> = effect.parameters.iter().map(|p| p.name).collect();
+        assert_eq!(names.len(), effect.parameters.len(), "{}", effect.class);
+        for name in &names {
+            let free = |c: char| !c.is_ascii_lowercase() && c != '_';
+            assert!(!name.is_empty() && !name.contains(free), "{}: {name}", effect.class);
+            // An end stop's side is told in words.
+            assert!(effect.formula.contains(name), "{}: no {name} in its formula", effect.class);
+        }
+        for p in effect.parameters {
+            assert!(p.default.is_none_or(|v| p.range.contains(v)), "{} {}", effect.class, p.name);
+        }
+        // `class`, `channel` and `other` are keys of a model file's [[effect]].
+        for key in ["class", "channel", "other"] {
+            assert!(!names.contains(key), "{}", effect.class);
+        }
+        if let Law::Force(law) = effect.law {
+            assert!((1..=4).contains(&law.amplitudes()), "{}", effect.class);
+        }
+    }
+}
+
+/// Units of all parameters of an effect, given those of its channel.
+fn units(class: &str, force: &str, coordinate: &str, input: &str) -> Vec<String> {
+    let parameters = find(class).expect("in the catalogue").parameters;
+    parameters.iter().map(|p| p.unit.text(force, coordinate, input)).collect()
+}
+
+#[test]
+fn units_on_a_linear_and_a_rotary_coordinate() {
+    let table: &[(&str, &[&str], &[&str])] = &[
+        ("viscous_friction", &["N s/m"], &["N m s/rad"]),
+        ("coulomb_friction", &["N", "m/s"], &["N m", "rad/s"]),
+        ("stribeck_friction", &["N", "N", "m/s", "m/s"], &["N m", "N m", "rad/s", "rad/s"]),
+        ("asymmetric_friction", &["N", "N", "m/s"], &["N m", "N m", "rad/s"]),
+        ("quadratic_drag", &["N s^2/m^2"], &["N m s^2/rad^2"]),
+        ("constant_force", &["N"], &["N m"]),
+        ("linear_stiffness", &["N/m"], &["N m/rad"]),
+        ("cubic_stiffness", &["N/m^3"], &["N m/rad^3"]),
+        ("end_stop", &["N/m", "m", "1"], &["N m/rad", "rad", "1"]),
+        ("gravity_torque", &["N"], &["N m"]),
+        ("cogging", &["N", "1/m", "1"], &["N m", "1/rad", "1"]),
+        ("coupling_stiffness", &["N/m"], &["N m/rad"]),
+        ("coriolis_coupling", &["N s^2/m^2"], &["N m s^2/rad^2"]),
+        ("hysteresis", &["N/m", "1/m", "1/m"], &["N m/rad", "1/rad", "1/rad"]),
+        ("viscoelastic", &["N/m", "s"], &["N m/rad", "s"]),
+        ("hidden_resonance", &["N s^2/m", "1/s", "1"], &["N m s^2/rad", "1/s", "1"]),
+        ("periodic_disturbance", &["N", "1/s", "1"], &["N m", "1/s", "1"]),
+        ("step_change", &["N", "s"], &["N m", "s"]),
+        ("sensor_scale", &["1"], &["1"]),
+        ("sensor_bias", &["m"], &["rad"]),
+        ("sensor_delay", &["s"], &["s"]),
+    ];
+    for (class, linear, rotary) in table {
+        assert_eq!(units(class, "N", "m", ""), *linear, "{class}");
+        assert_eq!(units(class, "N m", "rad", ""), *rotary, "{class}");
+    }
+    let covered: BTreeSet<_> = table.iter().map(|row| row.0).collect();
+    for effect in CATALOGUE {
+        let elsewhere = matches!(effect.law, Law::Input(_)) || effect.class.ends_with("_loss");
+        assert!(elsewhere || covered.contains(effect.class), "{} is untested", effect.class);
+    }
+}
+
+#[test]
+fn units_on_an_input() {
+    let table = [
+        ("gain_error", "1"),
+        ("dead_zone", "V"),
+        ("saturation", "V"),
+        ("input_delay", "s"),
+        ("actuator_lag", "s"),
+    ];
+    for (class, unit) in table {
+        assert_eq!(units(class, "", "", "V"), [unit], "{class}");
+    }
+}
+
+/// The generalised force of a first-order state is its rate.
+#[test]
+fn units_on_a_first_order_state() {
+    assert_eq!(units("constant_force", "m/s", "m", ""), ["m/s"]);
+    assert_eq!(units("periodic_disturbance", "m/s", "m", ""), ["m/s", "1/s", "1"]);
+    assert_eq!(units("linear_loss", "m/s", "m", ""), ["1/s"]);
+    assert_eq!(units("quadratic_loss", "m/s", "m", ""), ["1/(m s)"]);
+    assert_eq!(units("linear_loss", "degC/s", "degC", ""), ["1/s"]);
+    // A speed as a first-order state: its rate is an acceleration.
+    let rate = Dimension::VELOCITY.text("", "m/s", "");
+    assert_eq!(rate, "m/s^2");
+    assert_eq!(units("linear_loss", &rate, "m/s", ""), ["1/s"]);
+    assert_eq!(units("quadratic_loss", &rate, "m/s", ""), ["1/m"]);
+}

@@ -1,0 +1,259 @@
+//! Force laws against their formulas, written out here by hand.
+
+use lacuna_effects::{Acts, CATALOGUE, ForceLaw, Law, Local, Range, Variable, find};
+
+/// Points of all signs, at rest, slow and fast.
+const POINTS: [Local; 7] = [
+    point(0.0, 0.0, 0.0, 0.0, 0.0),
+    point(0.3, 0.7, 0.4, -0.2, 1.1),
+    point(1.7, -0.7, 0.4, 0.9, -0.3),
+    point(2.9, 0.2, -0.05, -1.4, 0.6),
+    point(4.1, -1.3, -2.2, 0.1, -1.7),
+    point(5.5, 1.6, 0.003, 0.8, 0.2),
+    point(9.0, -0.4, 3.1, -0.6, 0.0),
+];
+
+const fn point(t: f64, q: f64, v: f64, other_q: f64, other_v: f64) -> Local {
+    Local { t, q, v, other_q, other_v }
+}
+
+fn law(class: &str) -> &'static dyn ForceLaw {
+    let effect = find(class).unwrap_or_else(|| panic!("{class} is in no catalogue"));
+    match effect.law {
+        Law::Force(law) => law,
+        _ => panic!("{class} is no force"),
+    }
+}
+
+/// Force under physical parameters, as a simulation computes it.
+fn force(class: &str, physical: &[f64], at: &Local) -> f64 {
+    let law = law(class);
+    let internal = law.internal(physical);
+    let (amplitudes, shape) = internal.split_at(law.amplitudes());
+    let mut memory = vec![0.0; law.memory()];
+    law.memory_at_rest(at, &mut memory);
+    let mut basis = vec![f64::NAN; law.amplitudes()];
+    law.basis(shape, at, &memory, &mut basis);
+    amplitudes.iter().zip(&basis).map(|(a, b)| a * b).sum()
+}
+
+fn obeys(class: &str, physical: &[f64], formula: impl Fn(&Local) -> f64) {
+    for at in &POINTS {
+        let (found, expected) = (force(class, physical, at), formula(at));
+        let close = (found - expected).abs() <= 1e-12 * (1.0 + expected.abs());
+        assert!(close, "{class} at {at:?}: found {found}, expected {expected}");
+    }
+}
+
+#[test]
+fn friction_laws_obey_their_formulas() {
+    obeys("viscous_friction", &[0.8], |p| -0.8 * p.v);
+    obeys("coulomb_friction", &[2.35, 0.02], |p| -2.35 * (p.v / 0.02).tanh());
+    obeys("quadratic_drag", &[0.6], |p| -0.6 * p.v * p.v.abs());
+    obeys("asymmetric_friction", &[1.5, 0.4, 0.05], |p| {
+        if p.v > 0.0 { -1.5 * (p.v / 0.05).tanh() } else { -0.4 * (p.v / 0.05).tanh() }
+    });
+    let (coulomb, fixed, stribeck, smoothing) = (1.2, 1.9, 0.3, 0.01);
+    obeys("stribeck_friction", &[coulomb, fixed, stribeck, smoothing], |p| {
+        let peak = (fixed - coulomb) * (-(p.v * p.v) / (stribeck * stribeck)).exp();
+        -(coulomb + peak) * (p.v / smoothing).tanh()
+    });
+}
+
+#[test]
+fn friction_far_above_the_smoothing_velocity_has_its_full_magnitude() {
+    let fast = |v| Local { v, ..Local::default() };
+    assert!((force("coulomb_friction", &[2.0, 0.01], &fast(1.0)) + 2.0).abs() < 1e-12);
+    assert!((force("asymmetric_friction", &[2.0, 0.5, 0.01], &fast(-1.0)) - 0.5).abs() < 1e-12);
+    // At the Stribeck velocity the peak has fallen to 1/e of its height.
+    let at_stribeck = force("stribeck_friction", &[1.0, 3.0, 0.5, 1e-3], &fast(0.5));
+    assert!((at_stribeck + 1.0 + 2.0 / std::f64::consts::E).abs() < 1e-12);
+}
+
+#[test]
+fn laws_of_position_and_time_obey_their_formulas() {
+    obeys("constant_force", &[-3.2], |_| -3.2);
+    obeys("linear_stiffness", &[7.0], |p| -7.0 * p.q);
+    obeys("cubic_stiffness", &[4.0], |p| -4.0 * p.q * p.q * p.q);
+    obeys("gravity_torque", &[9.0], |p| -9.0 * p.q.sin());
+    obeys("cogging", &[0.7, 6.0, 0.9], |p| 0.7 * (6.0 * p.q + 0.9).sin());
+    obeys("periodic_disturbance", &[0.5, 3.3, -2.1], |p| 0.5 * (3.3 * p.t - 2.1).sin());
+    obeys("step_change", &[1.4, 2.9], |p| if p.t < 2.9 { 0.0 } else { 1.4 });
+}
+
+#[test]
+fn an_end_stop_pushes_back_from_its_side_alone() {
+    obeys("end_stop", &[50.0, 0.5, 1.0], |p| if p.q > 0.5 { -50.0 * (p.q - 0.5) } else { 0.0 });
+    obeys("end_stop", &[50.0, -0.5, -1.0], |p| if p.q < -0.5 { 50.0 * (-0.5 - p.q) } else { 0.0 });
+    // A lower stop may stand at a positive position.
+    obeys("end_stop", &[50.0, 0.5, -1.0], |p| if p.q < 0.5 { 50.0 * (0.5 - p.q) } else { 0.0 });
+    // Without a side the stop stands on the side of its position.
+    obeys("end_stop", &[50.0, -0.5, 0.0], |p| if p.q < -0.5 { 50.0 * (-0.5 - p.q) } else { 0.0 });
+    obeys("end_stop", &[50.0, 0.5, 0.0], |p| if p.q > 0.5 { -50.0 * (p.q - 0.5) } else { 0.0 });
+}
+
+#[test]
+fn couplings_obey_their_formulas() {
+    obeys("coupling_stiffness", &[3.0], |p| 3.0 * (p.other_q - p.q));
+    obeys("coriolis_coupling", &[0.4], |p| 0.4 * p.v * p.other_v);
+    assert!(law("coupling_stiffness").reacts());
+    assert!(!law("coriolis_coupling").reacts());
+}
+
+#[test]
+fn losses_of_first_order_states_obey_their_formulas() {
+    obeys("linear_loss", &[0.3], |p| -0.3 * p.q);
+    obeys("quadratic_loss", &[0.3], |p| -0.3 * p.q * p.q.abs());
+}
+
+/// Physical parameters that are inside every range, the phases within (-pi, pi].
+fn some_physical(class: &str) -> Vec<f64> {
+    let parameters = find(class).expect("in the catalogue").parameters;
+    let value = |(k, name): (usize, &str)| match name {
+        "side" => -1.0,
+        "phase" => 2.4,
+        _ => 0.7 + 0.55 * k as f64,
+    };
+    parameters.iter().map(|p| p.name).enumerate().map(value).collect()
+}
+
+fn force_laws() -> impl Iterator<Item = (&'static str, &'static dyn ForceLaw)> {
+    CATALOGUE.iter().filter_map(|e| match e.law {
+        Law::Force(law) => Some((e.class, law)),
+        _ => None,
+    })
+}
+
+#[test]
+fn physical_parameters_survive_the_way_to_internal_ones_and_back() {
+    for (class, law) in force_laws() {
+        let physical = some_physical(class);
+        let internal = law.internal(&physical);
+        assert!(internal.len() >= law.amplitudes(), "{class}");
+        let back = law.physical(&internal);
+        assert_eq!(back.len(), physical.len(), "{class}");
+        for (found, expected) in back.iter().zip(&physical) {
+            assert!((found - expected).abs() < 1e-12, "{class}: {back:?} {physical:?}");
+        }
+    }
+}
+
+/// Amplitudes scale and add: the force of a + b is the force of a plus that of b.
+#[test]
+fn forces_are_linear_in_their_amplitudes() {
+    for (class, law) in force_laws() {
+        let internal = law.internal(&some_physical(class));
+        let shape = &internal[law.amplitudes()..];
+        let memory: Vec<f64> = (0..law.memory()).map(|k| 0.4 - 0.9 * k as f64).collect();
+        let sum = |amplitudes: &[f64], at: &Local| {
+            let mut basis = vec![0.0; law.amplitudes()];
+            law.basis(shape, at, &memory, &mut basis);
+            amplitudes.iter().zip(basis).map(|(a, b)| a * b).sum::<f64>()
+        };
+        let a: Vec<f64> = (0..law.amplitudes()).map(|k| 1.3 + k as f64).collect();
+        for at in &POINTS {
+            // Doubling every physical amplitude must double the force of the simulation, too.
+            let doubled: Vec<f64> = a.iter().map(|a| 2.0 * a).collect();
+            let physical = law.physical(&[&a[..], shape].concat());
+            let physical_doubled = law.physical(&[&doubled[..], shape].concat());
+            let once = sum(&law.internal(&physical)[..law.amplitudes()], at);
+            let twice = sum(&law.internal(&physical_doubled)[..law.amplitudes()], at);
+            assert!((twice - 2.0 * once).abs() < 1e-12 * (1.0 + twice.abs()), "{class}");
+            assert!((once - sum(&a, at)).abs() < 1e-12 * (1.0 + once.abs()), "{class}");
+        }
+    }
+}
+
+/// A friction or loss takes power out, never puts it in.
+#[test]
+fn friction_and_loss_laws_dissipate() {
+    let dissipative = [
+        "viscous_friction",
+        "coulomb_friction",
+        "stribeck_friction",
+        "asymmetric_friction",
+        "quadratic_drag",
+        "linear_loss",
+        "quadratic_loss",
+    ];
+    for class in dissipative {
+        let amplitudes = law(class).amplitudes();
+        for pattern in 0..1 << amplitudes {
+            let mut physical = some_physical(class);
+            for (k, p) in physical.iter_mut().enumerate().take(amplitudes) {
+                *p = if pattern >> k & 1 == 1 { 1.8 } else { 0.0 };
+            }
+            for k in -300..=300 {
+                let v = 0.01 * f64::from(k);
+                // The velocity of a first-order state is the state.
+                let power = force(class, &physical, &Local { q: v, v, ..Local::default() }) * v;
+                assert!(power <= 0.0, "{class} {physical:?} at v = {v}: power {power}");
+                if pattern + 1 == 1 << amplitudes && k != 0 {
+                    assert!(power < 0.0, "{class} does nothing at v = {v}");
+                }
+            }
+        }
+    }
+}
+
+/// A law must not read what it does not declare: reports and regions rely on it.
+#[test]
+fn laws_depend_on_what_they_declare_and_on_nothing_else() {
+    for effect in CATALOGUE {
+        let Law::Force(law) = effect.law else { continue };
+        let internal = law.internal(&some_physical(effect.class));
+        let shape = &internal[law.amplitudes()..];
+        let memory = vec![0.35; law.memory()];
+        let evaluate = |at: &Local| {
+            let mut out = vec![0.0; law.amplitudes() + law.memory()];
+            let (basis, rate) = out.split_at_mut(law.amplitudes());
+            law.basis(shape, at, &memory, basis);
+            law.memory_rate(shape, at, &memory, rate);
+            out
+        };
+        for variable in [
+            Variable::Coordinate,
+            Variable::Velocity,
+            Variable::OtherCoordinate,
+            Variable::OtherVelocity,
+            Variable::Time,
+        ] {
+            let moves = POINTS.iter().any(|at| {
+                [-2.7, -0.9, 0.8, 2.1].iter().any(|by| {
+                    let mut moved = *at;
+                    match variable {
+                        Variable::Coordinate => moved.q += by,
+                        Variable::Velocity => moved.v += by,
+                        Variable::OtherCoordinate => moved.other_q += by,
+                        Variable::OtherVelocity => moved.other_v += by,
+                        Variable::Time | Variable::Input => moved.t += by,
+                    }
+                    evaluate(at) != evaluate(&moved)
+                })
+            });
+            let declared = effect.depends_on.contains(&variable);
+            assert_eq!(moves, declared, "{} and {variable:?}", effect.class);
+        }
+    }
+}
+
+#[test]
+fn one_sided_amplitudes_are_those_of_energy_losses_and_of_springs_that_only_push() {
+    let range = |class: &str, k: usize| find(class).expect("in the catalogue").parameters[k].range;
+    for class in ["viscous_friction", "coulomb_friction", "quadratic_drag", "linear_loss"] {
+        assert_eq!(range(class, 0), Range::NonNegative, "{class}");
+    }
+    assert_eq!(range("end_stop", 0), Range::NonNegative);
+    assert_eq!(range("constant_force", 0), Range::Any);
+    assert_eq!(range("cubic_stiffness", 0), Range::Any);
+    assert!(!Range::NonNegative.contains(-1e-9) && Range::NonNegative.contains(0.0));
+    assert!(!Range::Positive.contains(0.0) && !Range::Any.contains(f64::NAN));
+    assert!(!Range::Any.contains(f64::INFINITY));
+}
+
+#[test]
+fn effects_that_act_on_states_alone_are_the_losses() {
+    let on_states: Vec<_> =
+        CATALOGUE.iter().filter(|e| e.acts == Acts::States).map(|e| e.class).collect();
+    assert_eq!(on_states, ["linear_loss", "quadratic_loss"]);
+}
