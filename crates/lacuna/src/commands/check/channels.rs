@@ -1,0 +1,286 @@
+//! What is in the recordings: rows and sampling, channels, inputs.
+
+use super::excitation::{DELAYS, excitation};
+use super::table::number;
+use lacuna::discrepancy::Dataset;
+use lacuna::plants::Model;
+use lacuna::plants::model::Measured;
+use lacuna::recordings::{Recording, Sampling, Unit, UnitError, convert_factor};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::error::Error;
+
+/// One recording as it was sampled.
+#[derive(Serialize)]
+pub struct Run {
+    pub name: String,
+    pub rows: usize,
+    pub from_s: f64,
+    pub to_s: f64,
+    /// Usual step, s.
+    pub step_s: f64,
+    /// Standard deviation of the steps, relative.
+    pub jitter: f64,
+    pub uniform: bool,
+    pub gaps: usize,
+    pub dropped_rows: usize,
+    /// Number of missing values of each column that has any.
+    pub missing: BTreeMap<String, usize>,
+}
+
+impl Run {
+    pub fn of(recording: &Recording) -> Self {
+        let sampling = Sampling::of(&recording.time);
+        let missing = recording.columns.iter().filter_map(|c| {
+            let count = c.values.iter().filter(|v| v.is_nan()).count();
+            (count > 0).then(|| (c.name.clone(), count))
+        });
+        Self {
+            name: recording.name.clone(),
+            rows: recording.len(),
+            from_s: recording.time[0],
+            to_s: recording.time[recording.len() - 1],
+            step_s: sampling.step,
+            jitter: sampling.jitter,
+            uniform: sampling.uniform,
+            gaps: sampling.gaps.len(),
+            dropped_rows: sampling.gaps.iter().map(|g| g.missing).sum(),
+            missing: missing.collect(),
+        }
+    }
+
+    pub fn missing_text(&self) -> String {
+        if self.missing.is_empty() {
+            return "none".to_owned();
+        }
+        let of = |(name, count): (&String, &usize)| format!("{name}: {count}");
+        self.missing.iter().map(of).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// How the unit of a column becomes that of the model.
+#[derive(Serialize)]
+pub struct Conversion {
+    /// Unit of the column.
+    pub column_unit: String,
+    /// Unit of the channel.
+    pub unit: String,
+    /// Number of channel units in a column unit; none between temperature scales with
+    /// different zeros.
+    pub factor: Option<f64>,
+}
+
+impl Conversion {
+    fn of(column_unit: &str, unit: &str) -> Result<Self, UnitError> {
+        let converted = !column_unit.is_empty() && column_unit != unit;
+        let column_unit = if converted { column_unit } else { unit };
+        let factor = if converted {
+            match convert_factor(&Unit::parse(column_unit)?, &Unit::parse(unit)?) {
+                Ok(factor) => Some(factor),
+                Err(UnitError::Offset { .. }) => None,
+                Err(other) => return Err(other),
+            }
+        } else {
+            Some(1.0)
+        };
+        Ok(Self { column_unit: column_unit.to_owned(), unit: unit.to_owned(), factor })
+    }
+
+    pub fn text(&self) -> String {
+        if self.column_unit == self.unit {
+            return self.unit.clone();
+        }
+        let factor = self.factor.map_or_else(String::new, |f| format!(" (x {})", number(f)));
+        format!("{} -> {}{factor}", self.column_unit, self.unit)
+    }
+}
+
+/// One channel in one recording, in the channel's unit.
+#[derive(Serialize)]
+pub struct Stretch {
+    pub recording: String,
+    pub range: [f64; 2],
+    /// Standard deviation.
+    pub sd: f64,
+}
+
+/// A measured channel over all recordings, in its unit.
+#[derive(Serialize)]
+pub struct Channel {
+    pub name: String,
+    pub column: String,
+    #[serde(flatten)]
+    pub conversion: Conversion,
+    pub range: [f64; 2],
+    pub noise_sd: f64,
+    /// Standard deviation of the motion over that of the noise; none where no noise is seen.
+    pub signal_to_noise: Option<f64>,
+    pub quantum: Option<f64>,
+    pub recordings: Vec<Stretch>,
+}
+
+/// An input over all recordings, in its unit.
+#[derive(Serialize)]
+pub struct Input {
+    pub name: String,
+    pub column: String,
+    #[serde(flatten)]
+    pub conversion: Conversion,
+    pub range: [f64; 2],
+    pub rms: f64,
+    /// Standard deviation.
+    pub sd: f64,
+    /// Order of persistent excitation.
+    pub order: usize,
+    pub recordings: Vec<Stretch>,
+    #[serde(skip)]
+    pub series: Vec<Vec<f64>>,
+}
+
+impl Input {
+    pub fn excitation_text(&self) -> String {
+        match self.order {
+            0 => "none: never changes".to_owned(),
+            DELAYS => format!("order {DELAYS} or more"),
+            order => format!("order {order}"),
+        }
+    }
+}
+
+/// The measured channels.
+pub fn channels(
+    model: &Model,
+    recordings: &[Recording],
+    data: &Dataset,
+) -> Result<Vec<Channel>, Box<dyn Error>> {
+    let channel = |(k, output): (usize, &lacuna::discrepancy::Output)| {
+        let (column, column_unit) = column_of(model, output.of, &output.name);
+        let series: Vec<&[f64]> = data.recordings.iter().map(|r| r.outputs[k].as_slice()).collect();
+        let stretches = stretches(recordings, &series);
+        let noise = data.noise[k];
+        let variance = weighted_variance(&stretches, &series) - noise.sd * noise.sd;
+        let signal = variance.max(0.0).sqrt();
+        Ok(Channel {
+            conversion: conversion(&recordings[0], &column, &column_unit, &output.unit)?,
+            name: output.name.clone(),
+            column,
+            range: whole(&stretches),
+            noise_sd: noise.sd,
+            signal_to_noise: (noise.sd > 0.0).then(|| signal / noise.sd),
+            quantum: noise.quantum,
+            recordings: stretches,
+        })
+    };
+    data.outputs.iter().enumerate().map(channel).collect()
+}
+
+/// The inputs.
+pub fn inputs(
+    model: &Model,
+    recordings: &[Recording],
+    data: &Dataset,
+) -> Result<Vec<Input>, Box<dyn Error>> {
+    let m = model.inputs.len();
+    let input = |(j, quantity): (usize, &lacuna::plants::model::Quantity)| {
+        let (column, column_unit) = column_of(model, Measured::Input(j), &quantity.name);
+        let of = |r: &lacuna::discrepancy::Observed| {
+            r.commands.iter().skip(j).step_by(m).copied().collect::<Vec<f64>>()
+        };
+        let series: Vec<Vec<f64>> = data.recordings.iter().map(of).collect();
+        let slices: Vec<&[f64]> = series.iter().map(Vec::as_slice).collect();
+        let stretches = stretches(recordings, &slices);
+        let excitation = excitation(&series);
+        Ok(Input {
+            conversion: conversion(&recordings[0], &column, &column_unit, &quantity.unit)?,
+            name: quantity.name.clone(),
+            column,
+            range: whole(&stretches),
+            rms: excitation.rms,
+            sd: excitation.sd,
+            order: excitation.order,
+            recordings: stretches,
+            series,
+        })
+    };
+    model.inputs.iter().enumerate().map(input).collect()
+}
+
+/// Coordinates, velocities and states that no column measures directly.
+pub fn not_measured(model: &Model, data: &Dataset) -> Vec<String> {
+    (0..model.machine_states())
+        .filter(|&i| data.output_of_state(i).is_none())
+        .map(|i| model.state_name(i).to_owned())
+        .collect()
+}
+
+/// Columns of any recording that are neither time nor a channel nor an input.
+pub fn not_used(recordings: &[Recording], channels: &[Channel], inputs: &[Input]) -> Vec<String> {
+    let used: Vec<&String> =
+        channels.iter().map(|c| &c.column).chain(inputs.iter().map(|u| &u.column)).collect();
+    let mut names: Vec<String> = Vec::new();
+    for column in recordings.iter().flat_map(|r| &r.columns) {
+        if !used.contains(&&column.name) && !names.contains(&column.name) {
+            names.push(column.name.clone());
+        }
+    }
+    names
+}
+
+/// The column that measures a quantity, and its unit where the model states one.
+fn column_of(model: &Model, of: Measured, name: &str) -> (String, String) {
+    // Several columns may hold expressions; each output of that kind carries its column's name.
+    let fits = |m: &&lacuna::plants::model::Measurement| match of {
+        Measured::Expression(_) => m.column == name,
+        _ => m.of == of,
+    };
+    match model.measurements.iter().find(fits) {
+        Some(m) => (m.column.clone(), m.unit.clone()),
+        None => (name.to_owned(), String::new()),
+    }
+}
+
+fn conversion(
+    recording: &Recording,
+    column: &str,
+    column_unit: &str,
+    unit: &str,
+) -> Result<Conversion, Box<dyn Error>> {
+    Conversion::of(column_unit, unit)
+        .map_err(|e| format!("{}: column '{column}': {e}", recording.name).into())
+}
+
+fn stretches(recordings: &[Recording], series: &[&[f64]]) -> Vec<Stretch> {
+    recordings
+        .iter()
+        .zip(series)
+        .map(|(r, values)| {
+            let present = || values.iter().copied().filter(|v| v.is_finite());
+            let count = present().count().max(1) as f64;
+            let mean = present().sum::<f64>() / count;
+            Stretch {
+                recording: r.name.clone(),
+                range: [
+                    present().fold(f64::INFINITY, f64::min),
+                    present().fold(f64::NEG_INFINITY, f64::max),
+                ],
+                sd: (present().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt(),
+            }
+        })
+        .collect()
+}
+
+fn whole(stretches: &[Stretch]) -> [f64; 2] {
+    let low = stretches.iter().map(|s| s.range[0]).fold(f64::INFINITY, f64::min);
+    let high = stretches.iter().map(|s| s.range[1]).fold(f64::NEG_INFINITY, f64::max);
+    [low, high]
+}
+
+/// Mean over the samples of the variance within each recording.
+fn weighted_variance(stretches: &[Stretch], series: &[&[f64]]) -> f64 {
+    let counts = series.iter().map(|s| s.iter().filter(|v| v.is_finite()).count() as f64);
+    let (sum, count) = stretches
+        .iter()
+        .zip(counts)
+        .fold((0.0, 0.0), |(sum, n), (s, count)| (sum + count * s.sd * s.sd, n + count));
+    sum / f64::max(count, 1.0)
+}

@@ -1,0 +1,126 @@
+//! Whether the recordings can move the model's parameters.
+//!
+//! About the nominal parameters, what a parameter changes in the whitened weak residual is one
+//! column of a linear regression ([`WeakForm::parameter_columns`]). With the tolerances as
+//! prior, the posterior covariance of that regression is what the recordings could tell at best:
+//! with the measurement noise as the only error, and nothing missing from the model.
+
+use super::table::{Table, number};
+use lacuna::discrepancy::Dataset;
+use lacuna::discrepancy::evidence::{Normal, regress};
+use lacuna::discrepancy::trajectories::unmeasured;
+use lacuna::discrepancy::weak::WeakForm;
+use lacuna::plants::Model;
+use serde::Serialize;
+use std::error::Error;
+
+/// A parameter whose standard deviation stays above this share of its tolerance is not excited.
+const NOT_EXCITED: f64 = 0.7;
+/// Parameters correlated above this cannot be told apart.
+const CONFOUNDED: f64 = 0.98;
+
+/// What the recordings could tell of one parameter.
+#[derive(Serialize)]
+pub struct Parameter {
+    pub name: String,
+    pub value: f64,
+    pub unit: String,
+    /// Standard deviation that the model's tolerance states.
+    pub std_before: f64,
+    /// Standard deviation that the recordings could leave, at best.
+    pub std_after: f64,
+    pub excited: bool,
+}
+
+/// Two parameters of which only a combination shows.
+#[derive(Serialize)]
+pub struct Confounded {
+    pub parameters: [String; 2],
+    pub correlation: f64,
+}
+
+/// All parameters with a tolerance.
+#[derive(Serialize)]
+pub struct Parameters {
+    pub list: Vec<Parameter>,
+    pub confounded: Vec<Confounded>,
+    /// Why nothing can be said of them, where that is so.
+    pub not_assessed: Option<String>,
+}
+
+impl Parameters {
+    /// Assess the parameters of a model on recordings.
+    pub fn of(model: &Model, data: &Dataset) -> Self {
+        let nothing = |reason| Self { list: vec![], confounded: vec![], not_assessed: reason };
+        if model.parameters.iter().all(|p| p.std() == 0.0) {
+            return nothing(None);
+        }
+        if let Some(&state) = unmeasured(model, data).first() {
+            return nothing(Some(format!("no column measures '{}'", model.state_name(state))));
+        }
+        match Self::assess(model, data) {
+            Ok(parameters) => parameters,
+            Err(error) => nothing(Some(error.to_string())),
+        }
+    }
+
+    fn assess(model: &Model, data: &Dataset) -> Result<Self, Box<dyn Error>> {
+        let weak = WeakForm::new(model, data)?;
+        let whitener = weak.whitener(&vec![0.0; weak.channels().len()])?;
+        let nominal = model.values();
+        let (free, columns): (Vec<usize>, Vec<Vec<f64>>) = weak
+            .parameter_columns(&nominal)
+            .into_iter()
+            .map(|(k, column)| (k, whitener.whiten(&column)))
+            .unzip();
+        let priors: Vec<Normal> =
+            free.iter().map(|&k| Normal { mean: 0.0, sd: model.parameters[k].std() }).collect();
+        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let residual = whitener.whiten(&weak.residual(&nominal));
+        let fit = regress(&residual, &columns, &priors, 0.0)
+            .ok_or("the model's forces along the recordings are not finite")?;
+        let list = free.iter().enumerate().map(|(i, &k)| {
+            let p = &model.parameters[k];
+            let std_after = fit.std(i);
+            Parameter {
+                name: p.name.clone(),
+                value: p.value,
+                unit: p.unit.clone(),
+                std_before: p.std(),
+                std_after,
+                excited: std_after <= NOT_EXCITED * p.std(),
+            }
+        });
+        let pairs = (0..free.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
+        let confounded = pairs.filter_map(|(j, i)| {
+            let correlation = fit.covariance[(i, j)] / (fit.std(i) * fit.std(j));
+            let name = |k: usize| model.parameters[free[k]].name.clone();
+            (correlation.abs() > CONFOUNDED)
+                .then(|| Confounded { parameters: [name(j), name(i)], correlation })
+        });
+        let (list, confounded) = (list.collect(), confounded.collect());
+        Ok(Self { list, confounded, not_assessed: None })
+    }
+
+    /// The table.
+    pub fn text(&self) -> String {
+        if self.list.is_empty() {
+            return String::new();
+        }
+        let mut table =
+            Table::new(&["parameter", "value", "unit", "sd before", "sd after", "excited"]);
+        for p in &self.list {
+            table.row(vec![
+                p.name.clone(),
+                number(p.value),
+                p.unit.clone(),
+                number(p.std_before),
+                number(p.std_after),
+                if p.excited { "yes" } else { "no" }.to_owned(),
+            ]);
+        }
+        table.text()
+            + "  Sd before: the model's tolerance. Sd after: what the recordings can tell at best, \
+               the noise being\n  the only error.\n\n"
+    }
+}

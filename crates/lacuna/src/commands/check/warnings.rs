@@ -1,0 +1,206 @@
+//! What to mind, and what to do about it.
+
+use super::Report;
+use super::channels::{Channel, Input, Stretch};
+use super::table::number;
+use lacuna::plants::Model;
+
+/// A channel that moves less than this many noise standard deviations says little.
+const FAINT: f64 = 5.0;
+/// Recordings whose ranges differ by this factor may differ in their unit.
+const UNLIKE: f64 = 10.0;
+/// Steps that differ by more than this share are another sampling.
+const OTHER_STEP: f64 = 0.05;
+/// More dropped rows or missing values than this share are said.
+const MANY: f64 = 0.05;
+/// Inputs correlated above this are one input.
+const SAME_INPUT: f64 = 0.98;
+
+/// All warnings, the gravest first.
+pub fn warnings(model: &Model, report: &Report) -> Vec<String> {
+    let mut out = Vec::new();
+    units(report, &mut out);
+    sampling(report, &mut out);
+    missing(report, &mut out);
+    channels(report, &mut out);
+    inputs(report, &mut out);
+    parameters(model, report, &mut out);
+    out
+}
+
+fn units(report: &Report, out: &mut Vec<String>) {
+    let channels = report.channels.iter().map(|c| (&c.column, &c.recordings));
+    let inputs = report.inputs.iter().map(|u| (&u.column, &u.recordings));
+    for (column, stretches) in channels.chain(inputs) {
+        out.extend(unlike(column, stretches));
+    }
+}
+
+/// A recording in which a column moves far more or far less than usual.
+fn unlike(column: &str, stretches: &[Stretch]) -> Option<String> {
+    let mut spreads: Vec<f64> = stretches.iter().map(|s| s.sd).filter(|sd| *sd > 0.0).collect();
+    spreads.sort_by(f64::total_cmp);
+    // The lower middle: of two recordings, the larger one is then the odd one.
+    let usual = *spreads.get(spreads.len().checked_sub(1)? / 2)?;
+    let ratio = |s: &Stretch| s.sd / usual;
+    let odd =
+        stretches.iter().find(|s| s.sd > 0.0 && !(1.0 / UNLIKE..UNLIKE).contains(&ratio(s)))?;
+    Some(format!(
+        "{}: column '{column}' moves {} times as much as in the other recordings: if its unit is \
+         another one, write it in the unit that the model states",
+        odd.recording,
+        number(ratio(odd))
+    ))
+}
+
+fn sampling(report: &Report, out: &mut Vec<String>) {
+    let first = &report.recordings[0];
+    for r in &report.recordings[1..] {
+        if (r.step_s / first.step_s - 1.0).abs() > OTHER_STEP {
+            out.push(format!(
+                "{} is sampled every {} s, {} every {} s: check that both count time in seconds; \
+                 recordings of one sampling weigh alike",
+                r.name,
+                number(r.step_s),
+                first.name,
+                number(first.step_s)
+            ));
+        }
+    }
+    for r in report.recordings.iter().filter(|r| !r.uniform) {
+        out.push(format!(
+            "{}: the sampling is uneven (jitter {:.0} %): its times are used as they are; make \
+             sure that they are the times of measurement and not of writing",
+            r.name,
+            100.0 * r.jitter
+        ));
+    }
+}
+
+fn missing(report: &Report, out: &mut Vec<String>) {
+    for r in &report.recordings {
+        let share = r.dropped_rows as f64 / (r.rows + r.dropped_rows) as f64;
+        if share > MANY {
+            out.push(format!(
+                "{}: {:.0} % of the rows are dropped ({} in {} gaps): inputs there are drawn as \
+                 straight lines; if a gap is a pause, give the parts as recordings of their own \
+                 (#rows=FROM..TO)",
+                r.name,
+                100.0 * share,
+                r.dropped_rows,
+                r.gaps
+            ));
+        }
+        for (column, &count) in &r.missing {
+            let is_input = report.inputs.iter().any(|u| &u.column == column);
+            let is_channel = report.channels.iter().any(|c| &c.column == column);
+            if is_input {
+                out.push(format!(
+                    "{}: {count} values of the input column '{column}' are missing: they are drawn \
+                     as straight lines between their neighbours; record the input without holes",
+                    r.name
+                ));
+            } else if is_channel && count as f64 > MANY * r.rows as f64 {
+                out.push(format!(
+                    "{}: {count} of {} values of column '{column}' are missing",
+                    r.name, r.rows
+                ));
+            }
+        }
+    }
+}
+
+fn channels(report: &Report, out: &mut Vec<String>) {
+    for c in &report.channels {
+        if c.range[0] == c.range[1] {
+            out.push(format!(
+                "channel '{}' never changes: nothing about it can be learned; check the column '{}'",
+                c.name, c.column
+            ));
+        } else if let Some(ratio) = c.signal_to_noise.filter(|r| *r < FAINT) {
+            out.push(faint(c, ratio));
+        }
+    }
+}
+
+fn faint(c: &Channel, ratio: f64) -> String {
+    format!(
+        "channel '{}' barely moves: {} times its noise of {} {}; drive it harder, or measure it \
+         more finely",
+        c.name,
+        number(ratio),
+        number(c.noise_sd),
+        c.conversion.unit
+    )
+}
+
+fn inputs(report: &Report, out: &mut Vec<String>) {
+    for u in &report.inputs {
+        match u.order {
+            0 => out.push(format!(
+                "input '{}' never changes: its gain, and any effect on it, cannot be seen; record \
+                 with a moving input",
+                u.name
+            )),
+            1..=3 => out.push(format!(
+                "input '{}' holds a single frequency or a single step (order {}): many models fit \
+                 such recordings; excite with several frequencies across the band of interest",
+                u.name, u.order
+            )),
+            _ => {}
+        }
+    }
+    for (i, a) in report.inputs.iter().enumerate() {
+        for b in &report.inputs[i + 1..] {
+            let r = correlation(a, b);
+            if r.abs() > SAME_INPUT {
+                out.push(format!(
+                    "inputs '{}' and '{}' move together (correlation {r:.3}): what each does cannot \
+                     be told apart; excite them independently",
+                    a.name, b.name
+                ));
+            }
+        }
+    }
+}
+
+fn correlation(a: &Input, b: &Input) -> f64 {
+    let series = |u: &Input| u.series.concat();
+    let (a, b) = (series(a), series(b));
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (ma, mb) = (mean(&a), mean(&b));
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
+    for (x, y) in a.iter().zip(&b) {
+        ab += (x - ma) * (y - mb);
+        aa += (x - ma).powi(2);
+        bb += (y - mb).powi(2);
+    }
+    // An input that never changes correlates with nothing.
+    if aa * bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
+}
+
+fn parameters(model: &Model, report: &Report, out: &mut Vec<String>) {
+    if let Some(reason) = &report.parameters.not_assessed {
+        out.push(format!(
+            "whether the recordings excite the parameters of {} is not known: {reason}; simulate \
+             works all the same, diagnose does not",
+            model.name
+        ));
+    }
+    for pair in &report.parameters.confounded {
+        out.push(format!(
+            "parameters '{}' and '{}' cannot be told apart in these recordings (correlation {:.3}): \
+             only a combination of them shows; vary the motion, or state one of them without \
+             tolerance",
+            pair.parameters[0], pair.parameters[1], pair.correlation
+        ));
+    }
+    for p in report.parameters.list.iter().filter(|p| !p.excited) {
+        out.push(format!(
+            "parameter '{}' is not excited: its standard deviation stays at {:.0} % of its \
+             tolerance; record a motion in which it matters",
+            p.name,
+            100.0 * p.std_after / p.std_before
+        ));
+    }
+}

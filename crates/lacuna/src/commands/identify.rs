@@ -1,0 +1,231 @@
+//! `lacuna identify`: drift and control effectiveness from recordings alone.
+//!
+//! ```text
+//! q^(s) = f(x) + g(x) u,    x = (q, q', ..., q^(s-1))
+//! ```
+//!
+//! by occupation-kernel regression with compact test functions, whitened by the measurement
+//! noise.
+
+mod columns;
+mod files;
+mod motion;
+mod proof;
+mod settings;
+
+use super::Outcome;
+use super::check::table::{Table, number};
+use crate::output::spinner;
+use clap::{Args, ValueEnum};
+use columns::Columns;
+use lacuna::occupation::IdentifiedModel;
+use lacuna::recordings::{InputHold, Recording, RecordingSource, read_csv};
+use motion::{Motion, Stretch};
+use proof::Proof;
+use serde::Serialize;
+use settings::Settings;
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Recordings: FILE.csv, FILE.csv#rows=100..200 or FILE.csv#t=1.0..2.5; one in four (or the
+    /// last quarter of a single one) is kept for proof
+    #[arg(required = true)]
+    recordings: Vec<RecordingSource>,
+    /// Write model.json, drift.csv and effectiveness.csv to this folder
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Columns of the coordinates, separated by commas; without, all but time and inputs
+    #[arg(long, value_delimiter = ',')]
+    channels: Vec<String>,
+    /// Columns of the inputs; without, those named u, tau, F, force, torque, v_in, i_cmd ... with
+    /// or without a number or _suffix
+    #[arg(long, value_delimiter = ',')]
+    inputs: Vec<String>,
+    /// Column of time in seconds; without, t, time, t_s or time_s, else the first column
+    #[arg(long)]
+    time: Option<String>,
+    /// Order of the dynamics; without, 2, or 1 where every channel's velocity (dq, q_dot, v_q) is
+    /// a column too
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=2))]
+    order: Option<u8>,
+    /// Kernel: Gaussian and Matern (5/2) as wide as two standard deviations of each argument;
+    /// exponential exp(x y / mu) with mu half the largest |x|^2; polynomial of degree 3
+    #[arg(long, value_enum, default_value_t = KernelName::Gaussian)]
+    kernel: KernelName,
+    /// Ridge, in units of the noise variance over that of the channels' highest derivative
+    #[arg(long, default_value_t = settings::LAMBDA, value_parser = positive_number)]
+    lambda: f64,
+    /// Length of the test functions; without, half of the fastest channel's typical period
+    #[arg(long, value_name = "SECONDS", value_parser = positive_number)]
+    window: Option<f64>,
+    /// What the inputs do between samples
+    #[arg(long, value_enum, default_value_t = Hold::ZeroOrder)]
+    input_hold: Hold,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum KernelName {
+    Gaussian,
+    Exponential,
+    Matern,
+    Polynomial,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Hold {
+    ZeroOrder,
+    Linear,
+}
+
+fn positive_number(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
+        _ => Err(format!("expected a positive number, found '{text}'")),
+    }
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    columns: &'a Columns,
+    #[serde(flatten)]
+    settings: &'a Settings,
+    training_recordings: Vec<String>,
+    held_out_recordings: Vec<String>,
+    #[serde(flatten)]
+    proof: &'a Proof,
+    notes: Vec<String>,
+    files: Vec<String>,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let bar = spinner(a.quiet || a.json);
+    bar.set_message("reading the recordings");
+    let columns = Columns::choose(a)?;
+    let recordings =
+        a.recordings.iter().map(|s| read_csv(s, &columns.time)).collect::<Result<Vec<_>, _>>()?;
+    let hold = match a.input_hold {
+        Hold::ZeroOrder => InputHold::ZeroOrder,
+        Hold::Linear => InputHold::Linear,
+    };
+    let (training, held_out) = split(recordings);
+    bar.set_message("smoothing the recordings");
+    let noise = motion::noise(&columns, &training)?;
+    let training = Motion::of(&columns, &noise, &training, hold)?;
+    let held_out = Motion::of(&columns, &noise, &held_out, hold)?;
+    let settings = Settings::choose(a, &columns, &noise, &training)?;
+    bar.set_message(format!("fitting {} windows", settings.windows));
+    let usable = settings.long_enough(&training);
+    let model = fit(&settings, &usable)?;
+    bar.set_message("proving on what was held out");
+    let proof = Proof::of(&model, &settings, &columns, &noise, &usable, &held_out)?;
+    bar.finish_and_clear();
+    let mut report = Report {
+        columns: &columns,
+        settings: &settings,
+        training_recordings: training.names.clone(),
+        held_out_recordings: held_out.names.clone(),
+        notes: [columns.notes.clone(), settings.notes.clone(), proof.warnings(&columns)].concat(),
+        proof: &proof,
+        files: Vec::new(),
+    };
+    if let Some(folder) = &a.out {
+        report.files = files::write(folder, &model, &columns, &usable)?;
+    }
+    if a.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else if !a.quiet {
+        print!("{}", report.text());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn fit(settings: &Settings, stretches: &[&Stretch]) -> Result<IdentifiedModel, Box<dyn Error>> {
+    let data = stretches.iter().map(|s| s.data.clone()).collect::<Vec<_>>();
+    settings.regression.fit(&data).map_err(|e| format!("the regression failed: {e}").into())
+}
+
+/// Training and held-out recordings.
+fn split(mut recordings: Vec<Recording>) -> (Vec<Recording>, Vec<Recording>) {
+    if let [only] = &recordings[..] {
+        let cut = only.len() * 3 / 4;
+        return (vec![part(only, 0..cut)], vec![part(only, cut..only.len())]);
+    }
+    let kept = recordings.len().div_ceil(4);
+    let held_out = recordings.split_off(recordings.len() - kept);
+    (recordings, held_out)
+}
+
+fn part(recording: &Recording, rows: std::ops::Range<usize>) -> Recording {
+    let mut part = recording.clone();
+    part.name = format!("{} (rows {} to {})", part.name, rows.start, rows.end);
+    part.time = part.time[rows.clone()].to_vec();
+    part.columns.iter_mut().for_each(|c| c.values = c.values[rows.clone()].to_vec());
+    part
+}
+
+impl Report<'_> {
+    fn text(&self) -> String {
+        let c = self.columns;
+        let s = self.settings;
+        let list = |names: &[String]| names.join(", ");
+        let mut out = format!(
+            "Order {}: {} of {}, driven by {}\n",
+            c.order,
+            if c.order == 1 { "first derivatives" } else { "accelerations" },
+            list(&c.channels),
+            list(&c.inputs)
+        );
+        out += &format!(
+            "{} windows of {} s, {} samples apart, on {}\n\n",
+            s.windows,
+            number(s.window_s),
+            s.stride,
+            list(&self.training_recordings)
+        );
+        let mut table =
+            Table::new(&["channel", "residual on", "recordings", "relative", "noise alone"]);
+        let sets = [
+            ("training", &self.training_recordings, &self.proof.training),
+            ("held out", &self.held_out_recordings, &self.proof.held_out),
+        ];
+        for (k, channel) in c.channels.iter().enumerate() {
+            for (name, recordings, set) in sets {
+                table.row(vec![
+                    channel.clone(),
+                    name.to_owned(),
+                    recordings.len().to_string(),
+                    number(set[k].relative),
+                    number(set[k].noise),
+                ]);
+            }
+        }
+        out += &table.text();
+        out += "  Relative: rms of (observed - predicted) over rms of observed, of the whitened weak \
+                form.\n  Noise alone: what the measurement noise leaves of a perfect model.\n\n";
+        let mut table = Table::new(&["input", "share that is its own"]);
+        for (input, share) in c.inputs.iter().zip(&self.proof.own_share) {
+            table.row(vec![input.clone(), number(*share)]);
+        }
+        out += &table.text();
+        out += "  Share of the input that neither the state nor other inputs explain; g is learned \
+                from it.\n";
+        for note in &self.notes {
+            out += &format!("note: {note}\n");
+        }
+        if !self.files.is_empty() {
+            out += &format!("Written: {}\n", list(&self.files));
+        }
+        out
+    }
+}

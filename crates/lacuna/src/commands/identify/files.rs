@@ -1,0 +1,66 @@
+//! model.json, drift.csv and effectiveness.csv, each written whole or not at all.
+
+use super::columns::Columns;
+use super::motion::Stretch;
+use crate::output::write_whole;
+use lacuna::occupation::IdentifiedModel;
+use std::error::Error;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Most rows of the tables.
+const MOST_ROWS: usize = 1000;
+
+/// Write the files and return their paths. The model is as [`IdentifiedModel::load`] reads it.
+pub fn write(
+    folder: &Path,
+    model: &IdentifiedModel,
+    columns: &Columns,
+    stretches: &[&Stretch],
+) -> Result<Vec<String>, Box<dyn Error>> {
+    let (drift, effectiveness) = tables(model, columns, stretches)?;
+    let files = [
+        ("model.json", serde_json::to_string(model)?),
+        ("drift.csv", drift),
+        ("effectiveness.csv", effectiveness),
+    ];
+    files
+        .into_iter()
+        .map(|(name, text)| {
+            let path = folder.join(name);
+            write_whole(&path, &text)?;
+            Ok(path.display().to_string())
+        })
+        .collect()
+}
+
+/// f and g along the training samples, thinned.
+fn tables(
+    model: &IdentifiedModel,
+    columns: &Columns,
+    stretches: &[&Stretch],
+) -> Result<(String, String), Box<dyn Error>> {
+    let (n, m, d) = (model.dimension(), model.inputs(), model.arguments());
+    let header = format!("recording,{},{}", columns.time, columns.arguments.join(","));
+    let (mut drift, mut effectiveness) = (header.clone(), header);
+    for channel in &columns.channels {
+        write!(drift, ",f_{channel}")?;
+        for input in &columns.inputs {
+            write!(effectiveness, ",g_{channel}_{input}")?;
+        }
+    }
+    let total: usize = stretches.iter().map(|s| s.data.samples()).sum();
+    let samples = stretches.iter().flat_map(|s| (0..s.data.samples()).map(move |k| (s, k)));
+    let (mut f, mut g) = (vec![0.0; n], vec![0.0; n * m]);
+    for (s, k) in samples.step_by(total.div_ceil(MOST_ROWS)) {
+        let x = &s.data.arguments()[k * d..(k + 1) * d];
+        model.evaluate(x, &mut f, &mut g)?;
+        for (text, values) in [(&mut drift, &f), (&mut effectiveness, &g)] {
+            write!(text, "\n{},{}", s.recording, s.data.times()[k])?;
+            x.iter().chain(values).try_for_each(|v| write!(text, ",{v}"))?;
+        }
+    }
+    drift.push('\n');
+    effectiveness.push('\n');
+    Ok((drift, effectiveness))
+}
