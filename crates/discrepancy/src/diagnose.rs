@@ -188,11 +188,15 @@ impl<'a> Confirmation<'a> {
             if k == 0 {
                 (named, next) = self.siblings(term, next);
             }
-            let same = match next.horizon == current.horizon {
-                true => current.clone(),
-                false => {
-                    self.fit(self.added(&current), &current.parameters, next.horizon, next.horizon)
-                }
+            // The same windows with and without; from the longer windows of the richer model,
+            // or from its own, whichever fits better.
+            let without = Shooting::new(self.model, self.training, self.added(&current).to_vec());
+            let same = if next.horizon == current.horizon {
+                current.clone()
+            } else {
+                let alike = without.fit_like(&next);
+                let own = without.fit(&current.parameters, next.horizon, next.horizon);
+                if alike.chi2 < own.chi2 { alike } else { own }
             };
             let gain = nats(&same, &next);
             let first = gains.first().copied().unwrap_or(0.0);
@@ -271,7 +275,8 @@ impl<'a> Confirmation<'a> {
         let fitted: Vec<_> = tries
             .into_par_iter()
             .map(|(terms, effects)| {
-                (terms, self.fit(&effects, &best.parameters, best.horizon, best.horizon))
+                let alike = Shooting::new(self.model, self.training, effects).fit_like(&best);
+                (terms, alike)
             })
             .collect();
         let size = |f: &ShootingFit| {

@@ -69,6 +69,8 @@ pub struct ShootingFit {
     pub colour: f64,
     /// Length of the windows (s).
     pub horizon: f64,
+    /// The windows with their states.
+    windows: Vec<Window>,
 }
 
 impl ShootingFit {
@@ -84,6 +86,8 @@ const MOST_TOLERANCES: f64 = 4.0;
 /// Windows grow as long as the residual's root mean square is below this many noise standard
 /// deviations.
 pub(crate) const MOST_RMS: f64 = 5.5;
+/// Most Levenberg-Marquardt steps in windows of one length.
+const MOST_STEPS: usize = 12;
 /// Shapes stay within this natural logarithm of what the screening refined.
 const ROOM: f64 = 1.5;
 
@@ -173,7 +177,7 @@ impl<'a> Shooting<'a> {
     #[must_use]
     pub fn fit(&self, parameters: &[f64], horizon: f64, longest: f64) -> ShootingFit {
         let mut run = Run::new(self, parameters, horizon);
-        run.minimise(12);
+        run.minimise(MOST_STEPS);
         let mut horizon = horizon;
         while horizon < longest && run.follows() {
             let shorter = (run.clone(), horizon);
@@ -181,7 +185,7 @@ impl<'a> Shooting<'a> {
             let growth = if run.rms() < 1.2 { 4.0 } else { 2.0 };
             horizon = (growth * horizon).min(longest);
             run.lengthen(horizon);
-            run.minimise(8);
+            run.minimise(MOST_STEPS);
             if !run.follows() {
                 (run, horizon) = shorter;
                 break;
@@ -189,10 +193,19 @@ impl<'a> Shooting<'a> {
         }
         run.result(horizon)
     }
+
+    /// Fit in the very windows of another fit, beginning from its parameters and states: what
+    /// differs by little ends in the same valley.
+    #[must_use]
+    pub fn fit_like(&self, other: &ShootingFit) -> ShootingFit {
+        let mut run = Run::in_windows(self, &other.parameters, other.windows.clone());
+        run.minimise(MOST_STEPS);
+        run.result(other.horizon)
+    }
 }
 
 /// One window and its state.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Window {
     recording: usize,
     range: Range<usize>,
@@ -234,9 +247,9 @@ enum Job {
 }
 
 impl<'a, 'b> Run<'a, 'b> {
+    /// Windows of `horizon` seconds, their states fitted to the parameters.
     fn new(shooting: &'b Shooting<'a>, parameters: &[f64], horizon: f64) -> Self {
-        let theta = shooting.start(parameters);
-        let (p, e) = shooting.unpack(&theta, parameters);
+        let (p, e) = shooting.unpack(&shooting.start(parameters), parameters);
         let predictor =
             Predictor::with(shooting.model, &shooting.equations, &p, &e, shooting.dataset);
         let list: Vec<(usize, Range<usize>)> = shooting
@@ -254,9 +267,15 @@ impl<'a, 'b> Run<'a, 'b> {
                 Window { recording, range, state }
             })
             .collect();
+        Self::in_windows(shooting, parameters, windows)
+    }
+
+    fn in_windows(shooting: &'b Shooting<'a>, parameters: &[f64], windows: Vec<Window>) -> Self {
+        let theta = shooting.start(parameters);
+        let (p, e) = shooting.unpack(&theta, parameters);
+        let predictor =
+            Predictor::with(shooting.model, &shooting.equations, &p, &e, shooting.dataset);
         let (substeps, n) = (predictor.substeps(), theta.len());
-        let precision = DMatrix::zeros(n, n);
-        let cost = f64::INFINITY;
         let mut this = Self {
             shooting,
             parameters: parameters.to_vec(),
@@ -264,8 +283,8 @@ impl<'a, 'b> Run<'a, 'b> {
             windows,
             substeps,
             damping: 1e-3,
-            cost,
-            precision,
+            cost: f64::INFINITY,
+            precision: DMatrix::zeros(n, n),
         };
         this.cost = this.cost_at(&this.theta, &this.windows);
         this
@@ -547,7 +566,8 @@ impl<'a, 'b> Run<'a, 'b> {
                 What::Effect(e, j) => effects[e].std[j] = Some(std),
             }
         }
-        ShootingFit { parameters, parameter_std, effects, chi2, count, colour, horizon }
+        let windows = self.windows.clone();
+        ShootingFit { parameters, parameter_std, effects, chi2, count, colour, horizon, windows }
     }
 }
 

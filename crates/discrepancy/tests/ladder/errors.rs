@@ -1,0 +1,111 @@
+//! What cannot be diagnosed is refused in words.
+
+use crate::machines::{ON_PENDULUM, ON_TWO_MASS};
+use lacuna_discrepancy::diagnose::{diagnose, split};
+use lacuna_discrepancy::{Dataset, DiagnoseError};
+use lacuna_recordings::Recording;
+
+fn recordings() -> Vec<Recording> {
+    ON_TWO_MASS.record(&ON_TWO_MASS.model(), 1, 2)
+}
+
+fn without(column: &str) -> Vec<Recording> {
+    let mut all = recordings();
+    all.iter_mut().for_each(|r| r.columns.retain(|c| c.name != column));
+    all
+}
+
+#[test]
+fn a_channel_that_nothing_measures_is_named() {
+    let model = ON_TWO_MASS.model();
+    let dataset = Dataset::new(&model, &without("x2")).expect("simulation needs no x2");
+    let (training, held_out) = split(&dataset);
+    let error = diagnose(&model, &training, &held_out, &|_| {}).err().expect("x2 is not seen");
+    assert!(matches!(&error, DiagnoseError::Unmeasured { channel } if channel == "x2"), "{error}");
+    assert!(error.to_string().contains("'x2'"), "{error}");
+}
+
+#[test]
+fn a_missing_input_column_is_named_with_the_columns_there_are() {
+    let error = Dataset::new(&ON_TWO_MASS.model(), &without("u")).expect_err("no input");
+    let said = error.to_string();
+    assert!(said.contains("'u'") && said.contains("x1, x2"), "{said}");
+}
+
+#[test]
+fn recordings_of_something_else_are_refused() {
+    let mut all = recordings();
+    for r in &mut all {
+        for c in r.columns.iter_mut().filter(|c| c.name != "u") {
+            c.name.push_str("_raw");
+        }
+    }
+    let error = Dataset::new(&ON_TWO_MASS.model(), &all).expect_err("nothing measured");
+    assert!(matches!(error, DiagnoseError::NothingMeasured { .. }), "{error}");
+}
+
+#[test]
+fn too_few_samples_are_counted() {
+    let mut all = ON_PENDULUM.record(&ON_PENDULUM.model(), 1, 1);
+    all[0].time.truncate(60);
+    all[0].columns.iter_mut().for_each(|c| c.values.truncate(60));
+    let error = Dataset::new(&ON_PENDULUM.model(), &all).expect_err("too short");
+    assert!(matches!(error, DiagnoseError::TooShort { found: 60, .. }), "{error}");
+    assert!(error.to_string().contains("60 samples"), "{error}");
+}
+
+#[test]
+fn no_recording_is_an_error() {
+    let error = Dataset::new(&ON_PENDULUM.model(), &[]).expect_err("none given");
+    assert!(matches!(error, DiagnoseError::NoRecordings), "{error}");
+}
+
+#[test]
+fn units_that_do_not_fit_name_the_column() {
+    let text =
+        format!("{}\n[[measurement]]\ncolumn = \"q\"\nof = \"q\"\nunit = \"kg\"", ON_PENDULUM.text);
+    let model = lacuna_plants::Model::from_text(&text, "model.toml").expect("a model");
+    let all = ON_PENDULUM.record(&ON_PENDULUM.model(), 1, 1);
+    let error = Dataset::new(&model, &all).expect_err("a mass is no angle");
+    assert!(matches!(&error, DiagnoseError::Unit { column, .. } if column == "q"), "{error}");
+}
+
+/// Degrees in the file, radians in the model: the same dataset.
+#[test]
+fn units_of_columns_are_converted() {
+    let text = format!(
+        "{}\n[[measurement]]\ncolumn = \"angle\"\nof = \"q\"\nunit = \"deg\"",
+        ON_PENDULUM.text
+    );
+    let model = lacuna_plants::Model::from_text(&text, "model.toml").expect("a model");
+    let radians = ON_PENDULUM.record(&ON_PENDULUM.model(), 1, 1);
+    let mut degrees = radians.clone();
+    let q = degrees[0].columns.iter_mut().find(|c| c.name == "q").expect("q is there");
+    q.name = "angle".to_owned();
+    q.values.iter_mut().for_each(|v| *v = v.to_degrees());
+    let (a, b) = (
+        Dataset::new(&ON_PENDULUM.model(), &radians).expect("a dataset"),
+        Dataset::new(&model, &degrees).expect("a dataset"),
+    );
+    for (x, y) in a.recordings[0].outputs[0].iter().zip(&b.recordings[0].outputs[0]) {
+        assert!((x - y).abs() < 1e-12);
+    }
+    assert!((a.noise[0].sd / b.noise[0].sd - 1.0).abs() < 1e-9);
+}
+
+/// A stuck sensor: no noise, nothing that moves. A refusal is right, a diagnosis is
+/// right, a crash is not.
+#[test]
+fn a_constant_channel_is_no_crash() {
+    let model = ON_PENDULUM.model();
+    let mut all = ON_PENDULUM.record(&model, 1, 2);
+    for r in &mut all {
+        r.columns.iter_mut().filter(|c| c.name == "q").for_each(|c| c.values.fill(0.3));
+    }
+    let refused = Dataset::new(&model, &all).and_then(|dataset| {
+        let (training, held_out) = split(&dataset);
+        diagnose(&model, &training, &held_out, &|_| {})
+    });
+    let said = refused.err().expect("a sensor that is stuck measures nothing").to_string();
+    assert!(said.contains("'q'"), "{said}");
+}

@@ -1,0 +1,174 @@
+//! Three machines and what their sensors would record of them.
+
+use lacuna_discrepancy::Dataset;
+use lacuna_discrepancy::diagnose::{Outcome, diagnose, split};
+use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
+use lacuna_plants::{Model, SampledInput, System, rk4};
+use lacuna_recordings::{Column, Recording};
+
+pub const PENDULUM: &str = r#"
+name = "pendulum"
+[parameters]
+J = { value = 0.05, unit = "kg m^2", tolerance = 0.1 }
+b = { value = 0.03, unit = "N m s/rad", tolerance = 0.1 }
+mgl = { value = 0.4, unit = "N m", tolerance = 0.1 }
+[[input]]
+name = "tau"
+unit = "N m"
+[[coordinate]]
+name = "q"
+velocity = "dq"
+unit = "rad"
+[mechanics]
+mass = [["J"]]
+force = ["tau - b*dq - mgl*sin(q)"]
+"#;
+
+pub const TWO_MASS: &str = r#"
+name = "two_mass"
+[parameters]
+m1 = { value = 1.0, unit = "kg", tolerance = 0.1 }
+m2 = { value = 0.6, unit = "kg", tolerance = 0.1 }
+k = { value = 40, unit = "N/m", tolerance = 0.1 }
+d = { value = 0.8, unit = "N s/m", tolerance = 0.1 }
+[[input]]
+name = "u"
+unit = "N"
+[[coordinate]]
+name = "x1"
+velocity = "v1"
+unit = "m"
+[[coordinate]]
+name = "x2"
+velocity = "v2"
+unit = "m"
+[mechanics]
+mass = [["m1", "0"], ["0", "m2"]]
+force = ["u - k*(x1 - x2) - d*(v1 - v2) - 15*x1", "k*(x1 - x2) + d*(v1 - v2)"]
+"#;
+
+pub const TANKS: &str = r#"
+name = "tanks"
+[parameters]
+a1 = { value = 0.05, unit = "m^0.5/s", tolerance = 0.1 }
+a2 = { value = 0.04, unit = "m^0.5/s", tolerance = 0.1 }
+kp = { value = 0.02, unit = "m/(s V)", tolerance = 0.1 }
+[[input]]
+name = "pump"
+unit = "V"
+[[state]]
+name = "h1"
+unit = "m"
+derivative = "kp*pump - a1*sqrt(max(h1, 0))"
+[[state]]
+name = "h2"
+unit = "m"
+derivative = "a1*sqrt(max(h1, 0)) - a2*sqrt(max(h2, 0))"
+"#;
+
+/// How a machine is driven and watched.
+#[derive(Clone, Copy)]
+pub struct Bench {
+    pub text: &'static str,
+    pub samples: usize,
+    pub step: f64,
+    /// Mean of the input, amplitudes and angular frequencies of its four sinusoids.
+    pub offset: f64,
+    pub amplitude: (f64, f64),
+    pub frequency: (f64, f64),
+    /// First-order states, or positions, at the beginning.
+    pub start: f64,
+    pub noise: f64,
+}
+
+pub const ON_PENDULUM: Bench = Bench {
+    text: PENDULUM,
+    samples: 1000,
+    step: 0.01,
+    offset: 0.0,
+    amplitude: (0.1, 0.3),
+    frequency: (0.5, 6.0),
+    start: 0.2,
+    noise: 1e-3,
+};
+
+pub const ON_TWO_MASS: Bench = Bench {
+    text: TWO_MASS,
+    samples: 1000,
+    step: 0.01,
+    offset: 0.0,
+    amplitude: (1.0, 4.0),
+    frequency: (0.5, 9.0),
+    start: 0.05,
+    noise: 3e-4,
+};
+
+pub const ON_TANKS: Bench = Bench {
+    text: TANKS,
+    samples: 600,
+    step: 0.5,
+    offset: 2.2,
+    amplitude: (0.2, 0.7),
+    frequency: (0.02, 0.3),
+    start: 0.7,
+    noise: 1e-3,
+};
+
+impl Bench {
+    pub fn model(&self) -> Model {
+        Model::from_text(self.text, "model.toml").expect("the model is right")
+    }
+
+    /// The model with an effect that the diagnosis is not told of.
+    pub fn truth(&self, effect: &str) -> Model {
+        let text = format!("{}\n{effect}", self.text);
+        Model::from_text(&text, "truth.toml").expect("the truth is right")
+    }
+
+    /// `runs` recordings of `truth`; input `j` arrives `late` seconds late.
+    pub fn record_late(&self, truth: &Model, seed: u64, runs: u64, late: f64) -> Vec<Recording> {
+        (0..runs).map(|run| self.run(truth, seed, run, late)).collect()
+    }
+
+    pub fn record(&self, truth: &Model, seed: u64, runs: u64) -> Vec<Recording> {
+        self.record_late(truth, seed, runs, 0.0)
+    }
+
+    fn run(&self, truth: &Model, seed: u64, run: u64, late: f64) -> Recording {
+        let mut rng = rng(seed, run);
+        let ranges = SinusoidRanges {
+            amplitude: self.amplitude.0..=self.amplitude.1,
+            angular_frequency: self.frequency.0..=self.frequency.1,
+            phase: 0.0..=std::f64::consts::TAU,
+        };
+        let time: Vec<f64> = (0..self.samples).map(|k| self.step * k as f64).collect();
+        let drive = SumOfSinusoids::random(&mut rng, 1, 4, &ranges).expect("ranges");
+        let commands: Vec<f64> = drive.sample(&time).iter().map(|u| self.offset + u).collect();
+        let effective = truth.effective_inputs(&time, &commands);
+        // A command that arrives late jumps between the samples of the sensors.
+        let arrival: Vec<f64> = time.iter().map(|t| t + late).collect();
+        let input = SampledInput { times: &arrival, values: &effective, hold: truth.hold };
+        let mut start = vec![0.0; truth.machine_states()];
+        for channel in 0..truth.channels() {
+            start[truth.coordinate_index(channel)] = self.start;
+        }
+        let system = System::new(truth);
+        let motion = rk4(&system, &system.at_rest(&start), &input, &time, self.step / 8.0)
+            .expect("the machine does not diverge");
+        let mut columns = vec![Column { name: truth.inputs[0].name.clone(), values: commands }];
+        for channel in 0..truth.channels() {
+            let state = truth.coordinate_index(channel);
+            let mut values: Vec<f64> = (0..time.len()).map(|k| motion.state(k)[state]).collect();
+            add_gaussian_noise(&mut values, self.noise, &mut rng).expect("a deviation");
+            columns.push(Column { name: truth.channel_name(channel).to_owned(), values });
+        }
+        Recording { name: format!("run{run}"), time, columns }
+    }
+}
+
+/// Diagnose as the command does without `--held-out`.
+pub fn diagnosed(model: &Model, recordings: &[Recording]) -> Outcome {
+    let dataset = Dataset::new(model, recordings).expect("the recordings fit");
+    let (training, held_out) = split(&dataset);
+    diagnose(model, &training, &held_out, &|_| {}).expect("the diagnosis is made")
+}

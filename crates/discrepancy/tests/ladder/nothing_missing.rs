@@ -1,0 +1,76 @@
+//! Where nothing is missing nothing is found; where a parameter is off, only that is said.
+
+use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
+use lacuna_discrepancy::diagnosis::Verdict;
+
+fn finds_nothing(bench: Bench, seeds: std::ops::Range<u64>) {
+    for seed in seeds {
+        let model = bench.model();
+        let outcome = diagnosed(&model, &bench.record(&model, seed, 3));
+        let d = &outcome.diagnosis;
+        let found: Vec<_> = d.findings.iter().map(|f| &f.says).collect();
+        assert!(found.is_empty(), "{} seed {seed}: {found:?}", d.model);
+        assert_eq!(d.verdict, Verdict::NoMismatch, "{} seed {seed}", d.model);
+        // A model that is right is left as it is.
+        assert!(d.calibration.is_empty());
+        assert!(outcome.augmentation.effects.is_empty());
+        assert!(outcome.augmentation.parameters.is_empty());
+        for (channel, fit) in &d.fit.held_out {
+            let share = fit.rmse_before / fit.noise;
+            assert!((0.85..1.1).contains(&share), "{} {channel} {fit:?}", d.model);
+            assert_eq!(fit.rmse_after, fit.rmse_before);
+        }
+    }
+}
+
+#[test]
+fn of_a_right_pendulum() {
+    finds_nothing(ON_PENDULUM, 100..104);
+}
+
+#[test]
+fn of_a_right_two_mass_system() {
+    finds_nothing(ON_TWO_MASS, 110..112);
+}
+
+#[test]
+fn of_right_tanks() {
+    finds_nothing(ON_TANKS, 120..124);
+}
+
+/// A parameter 12 % off, its tolerance being 10 %.
+fn finds_the_parameter(bench: Bench, seed: u64, name: &str, share: f64) {
+    let model = bench.model();
+    let mut truth = model.clone();
+    let p = truth.parameters.iter_mut().find(|p| p.name == name).expect("a parameter");
+    p.value *= share;
+    let value = p.value;
+    let d = diagnosed(&model, &bench.record(&truth, seed, 3)).diagnosis;
+    let found: Vec<_> = d.findings.iter().map(|f| &f.says).collect();
+    assert_eq!(d.verdict, Verdict::Miscalibrated, "{name}: {found:?}");
+    assert!(d.findings.is_empty());
+    let c = &d.calibration[name];
+    assert!(c.std > 0.0 && (c.value - value).abs() < 4.0 * c.std, "{name}: {c:?}, truth {value}");
+    assert!(c.std < 0.5 * (value - c.nominal).abs(), "{name} is hardly known: {c:?}");
+    for (other, c) in d.calibration.iter().filter(|(other, _)| *other != name) {
+        assert!((c.value - c.nominal).abs() < 4.0 * c.std, "{other} moved: {c:?}");
+    }
+    for (channel, fit) in &d.fit.held_out {
+        assert!(fit.rmse_after < 1.1 * fit.noise && fit.rmse_after < fit.rmse_before, "{channel}");
+    }
+}
+
+#[test]
+fn but_a_pendulum_heavier_than_the_model_says() {
+    finds_the_parameter(ON_PENDULUM, 130, "mgl", 1.12);
+}
+
+#[test]
+fn but_a_spring_softer_than_the_model_says() {
+    finds_the_parameter(ON_TWO_MASS, 131, "k", 0.88);
+}
+
+#[test]
+fn but_a_valve_wider_than_the_model_says() {
+    finds_the_parameter(ON_TANKS, 132, "a2", 1.12);
+}

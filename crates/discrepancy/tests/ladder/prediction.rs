@@ -1,0 +1,97 @@
+//! Prediction: the state at the start of a run is found, and nothing else is fitted.
+
+use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS};
+use lacuna_discrepancy::prediction::windows;
+use lacuna_discrepancy::{Dataset, Predictor};
+
+/// On noise-free data of the model itself, a free run follows the whole recording: the
+/// state after the warm-up is right to a millionth of the range.
+#[test]
+fn a_free_run_of_the_true_model_follows_noise_free_data() {
+    for bench in [ON_PENDULUM, ON_TWO_MASS, ON_TANKS] {
+        let bench = Bench { noise: 0.0, ..bench };
+        let model = bench.model();
+        let dataset = Dataset::new(&model, &bench.record(&model, 40, 1)).expect("a dataset");
+        let run = Predictor::new(&model, &dataset).free_run(&dataset.recordings[0], 50);
+        for k in 0..dataset.outputs.len() {
+            let share = run.rmse(&dataset.recordings[0], k) / (2.0 * dataset.half_range(k));
+            assert!(share < 1e-6, "{} {}: {share}", model.name, dataset.outputs[k].name);
+        }
+        assert_eq!(run.counted, 50..bench.samples);
+    }
+}
+
+#[test]
+fn the_windowed_error_of_the_true_model_is_the_noise() {
+    for bench in [ON_PENDULUM, ON_TWO_MASS, ON_TANKS] {
+        let model = bench.model();
+        let dataset = Dataset::new(&model, &bench.record(&model, 41, 1)).expect("a dataset");
+        let observed = &dataset.recordings[0];
+        let horizon = bench.step * bench.samples as f64 / 8.0;
+        let run = Predictor::new(&model, &dataset).windowed(observed, horizon);
+        assert_eq!(run.counted, 0..bench.samples);
+        let (sum, count) = (0..dataset.outputs.len())
+            .map(|k| run.squares(observed, k))
+            .fold((0.0, 0), |(s, n), (a, b)| (s + a, n + b));
+        // Each of eight windows spends as many degrees of freedom as the machine has states.
+        let free = (count - 8 * model.machine_states()) as f64;
+        let share = (sum / free).sqrt() / bench.noise;
+        // Standard deviation of a standard deviation: 1 / sqrt(2 n).
+        assert!((share - 1.0).abs() < 4.0 / (2.0 * free).sqrt(), "{}: {share}", model.name);
+    }
+}
+
+/// A model that is wrong predicts worse the longer it must.
+#[test]
+fn longer_horizons_are_harder_for_a_wrong_model() {
+    let bench = ON_PENDULUM;
+    let effect = "[[effect]]\nclass = \"constant_force\"\nchannel = \"q\"\nforce = 0.1";
+    let model = bench.model();
+    let dataset =
+        Dataset::new(&model, &bench.record(&bench.truth(effect), 42, 1)).expect("a dataset");
+    let predictor = Predictor::new(&model, &dataset);
+    let error =
+        |h: f64| predictor.windowed(&dataset.recordings[0], h).rmse(&dataset.recordings[0], 0);
+    let errors = [0.1, 0.4, 1.5, 5.0].map(error);
+    assert!(errors.windows(2).all(|e| e[0] < e[1]), "{errors:?}");
+    assert!(errors[0] < 1.3 * bench.noise && errors[3] > 20.0 * bench.noise, "{errors:?}");
+}
+
+#[test]
+fn missing_samples_do_not_count_and_do_not_hurt() {
+    let bench = ON_PENDULUM;
+    let model = bench.model();
+    let mut recording = bench.record(&model, 43, 1);
+    let q = recording[0].columns.iter_mut().find(|c| c.name == "q").expect("q is there");
+    q.values.iter_mut().skip(200).step_by(7).for_each(|v| *v = f64::NAN);
+    q.values[400..450].fill(f64::NAN);
+    let measured = q.values.iter().filter(|v| v.is_finite()).count();
+    let dataset = Dataset::new(&model, &recording).expect("a dataset");
+    let observed = &dataset.recordings[0];
+    let run = Predictor::new(&model, &dataset).windowed(observed, 1.0);
+    assert_eq!(run.squares(observed, 0).1, measured);
+    assert!((run.rmse(observed, 0) / bench.noise - 1.0).abs() < 0.15);
+    assert!(run.outputs[0].iter().all(|v| v.is_finite()));
+}
+
+#[test]
+fn windows_cover_every_sample_once() {
+    let even: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
+    let jittered: Vec<f64> =
+        (0..700).map(|k| f64::from(k) + 0.3 * f64::from(k % 13).sin()).map(|t| 0.02 * t).collect();
+    let late: Vec<f64> = even.iter().map(|t| 1.7e9 + t).collect();
+    for times in [&even[..], &jittered, &late, &even[..5], &even[..2]] {
+        for horizon in [0.03, 0.11, 1.0, 2.37, 9.0, 1e4] {
+            let windows = windows(times, horizon);
+            let mut next = 0;
+            for w in &windows {
+                assert_eq!(w.start, next, "horizon {horizon}: {windows:?}");
+                assert!(w.len() >= 2);
+                next = w.end;
+            }
+            assert_eq!(next, times.len(), "horizon {horizon}");
+        }
+    }
+    assert_eq!(windows(&even, 1e4), [0..1000]);
+    assert_eq!(windows(&even, 1.0).len(), 10);
+}
