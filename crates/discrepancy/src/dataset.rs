@@ -103,7 +103,13 @@ impl Dataset {
             .map(|c| Output { name: c.name.clone(), unit: c.unit.clone(), of: c.of })
             .collect();
         if outputs.is_empty() {
-            return Err(DiagnoseError::NothingMeasured { recording: first.name.clone() });
+            return Err(DiagnoseError::NothingMeasured {
+                recording: first.name.clone(),
+                columns: first.columns.iter().map(|c| c.name.clone()).collect(),
+                channels: (0..model.machine_states())
+                    .map(|i| model.state_name(i).to_owned())
+                    .collect(),
+            });
         }
         let observed = recordings
             .iter()

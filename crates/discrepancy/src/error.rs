@@ -18,11 +18,18 @@ pub enum DiagnoseError {
     NoRecordings,
     /// No column is a channel of the model.
     #[error(
-        "{recording}: no column measures a channel of the model; name columns like its coordinates, velocities or states, or add [[measurement]] entries to the model"
+        "{recording}: no column measures a channel of the model; its columns are {}; name them \
+         like the model's {}, or add [[measurement]] entries to the model",
+        columns.join(", "),
+        channels.join(", ")
     )]
     NothingMeasured {
         /// The recording.
         recording: String,
+        /// Its columns.
+        columns: Vec<String>,
+        /// What the model has to be measured.
+        channels: Vec<String>,
     },
     /// A recording is too short.
     #[error("{recording}: {found} samples are too few, at least {needed} are needed")]

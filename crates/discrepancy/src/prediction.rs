@@ -148,18 +148,17 @@ impl<'a> Predictor<'a> {
         Driven { observed, effective }
     }
 
-    /// Outputs over `range` from the machine's state `x0`; NaN from where the model diverges.
+    /// Outputs over `range` from the whole state `x0`, memory included; NaN from where the model diverges.
     fn run(&self, driven: &Driven, range: Range<usize>, x0: &[f64]) -> Vec<Vec<f64>> {
         let Driven { observed, effective } = driven;
         let m = self.model.inputs.len();
         let n = range.len();
         let times = &observed.times[range.clone()];
         let inputs = &effective[range.start * m..range.end * m];
-        let start = self.system.at_rest(x0);
         let width = self.system.states();
         let simulate = |count: usize| {
             let (times, inputs) = (&times[..count], &inputs[..count * m]);
-            rk4_sampled(&self.system, &start, times, inputs, self.model.hold, self.substeps)
+            rk4_sampled(&self.system, x0, times, inputs, self.model.hold, self.substeps)
         };
         let (states, reached) = match simulate(n) {
             Ok(trajectory) => (trajectory.states, n),
@@ -190,8 +189,14 @@ impl<'a> Predictor<'a> {
         outputs
     }
 
-    /// A first guess of the machine's state at a sample: what is measured there, velocities
-    /// as slopes over a few samples, zero for what is not measured.
+    /// A state of this model for one of the same machine with other effects: their memory is
+    /// at rest.
+    pub(crate) fn with_memory_at_rest(&self, state: &[f64]) -> Vec<f64> {
+        self.system.at_rest(&state[..self.model.machine_states()])
+    }
+
+    /// A first guess of the state at a sample: what is measured there, velocities as slopes
+    /// over a few samples, zero for what is not measured, memory at rest.
     fn guess(&self, observed: &Observed, at: usize) -> Vec<f64> {
         let n = self.model.coordinates.len();
         let mut x = vec![0.0; self.model.machine_states()];
@@ -205,10 +210,10 @@ impl<'a> Predictor<'a> {
                 x[i + n] = slope;
             }
         }
-        x
+        self.system.at_rest(&x)
     }
 
-    /// The machine's state at the beginning of `range` that fits its samples best
+    /// The state (memory of effects included) at the beginning of `range` that fits its samples best
     /// (Levenberg-Marquardt on the state alone).
     pub(crate) fn fit_state(&self, driven: &Driven, range: Range<usize>) -> Vec<f64> {
         let mut x = self.guess(driven.observed, range.start);

@@ -198,7 +198,13 @@ impl<'a> Shooting<'a> {
     /// differs by little ends in the same valley.
     #[must_use]
     pub fn fit_like(&self, other: &ShootingFit) -> ShootingFit {
-        let mut run = Run::in_windows(self, &other.parameters, other.windows.clone());
+        let theta = self.start(&other.parameters);
+        let predictor = self.predictor(&theta, &other.parameters, 1);
+        let mut windows = other.windows.clone();
+        for w in &mut windows {
+            w.state = predictor.with_memory_at_rest(&w.state);
+        }
+        let mut run = Run::in_windows(self, &other.parameters, windows);
         run.minimise(MOST_STEPS);
         run.result(other.horizon)
     }

@@ -3,6 +3,8 @@
 /// Decimals beyond which, and values from which, powers of ten are easier to read.
 const MOST_DECIMALS: i32 = 5;
 const LARGE: f64 = 1e6;
+/// Values below which leading zeros are harder to read than a power of ten.
+const SMALL: f64 = 0.01;
 /// A model that diverges is told by the largest number ([`f64::MAX`]) in the results.
 const DIVERGED: f64 = 1e300;
 
@@ -15,7 +17,7 @@ pub fn with_std(value: f64, std: f64, unit: &str) -> String {
     }
     let decimals = 1 - exponent(std, 1);
     let magnitude = value.abs().max(std);
-    if decimals > MOST_DECIMALS || magnitude >= LARGE {
+    if (decimals > MOST_DECIMALS && magnitude < SMALL) || magnitude >= LARGE {
         let power = exponent(magnitude, 1);
         let scale = 10_f64.powi(power);
         let digits = (power + decimals).clamp(0, 15) as usize;

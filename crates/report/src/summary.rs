@@ -23,7 +23,8 @@ pub fn summary(diagnosis: &Diagnosis, colour: bool) -> String {
     let good = diagnosis.verdict == Verdict::NoMismatch;
     out.add(if good { GOOD } else { BAD }, 0, &words::verdict(diagnosis));
     for finding in &diagnosis.findings {
-        out.add(BOLD, 2, &finding.says);
+        // The numbers that a finding says after the colon follow, with more of them, below.
+        out.add(BOLD, 2, finding.says.split(": ").next().unwrap_or_default());
         out.add("", 4, &details(finding));
     }
     for (name, c) in words::moved(diagnosis) {
