@@ -21,11 +21,8 @@ impl InputLaw for GainError {
         command.iter().map(|u| parameters[0] * u).collect()
     }
 
+    /// From half to twice; what lies between is refined.
     fn shapes(&self, _scales: &Scales) -> Vec<Vec<f64>> {
-        vec![vec![1.1]]
-    }
-
-    fn linear_about(&self) -> Option<f64> {
-        Some(1.0)
+        [0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.35, 1.6, 2.0].map(|gain| vec![gain]).to_vec()
     }
 }

@@ -214,12 +214,6 @@ pub trait InputLaw: Sync + std::fmt::Debug {
 
     /// Parameters to screen.
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>>;
-
-    /// Whether the effective input minus the command is proportional to (parameter - neutral):
-    /// then one column serves for all values, and this is the neutral value.
-    fn linear_about(&self) -> Option<f64> {
-        None
-    }
 }
 
 /// What a sensor makes of the true series.

@@ -120,9 +120,21 @@ fn neutral_parameters_leave_the_command_alone() {
         close(&input(class).transform(&[neutral], &even(), &COMMAND), &COMMAND);
     }
     close(&input("saturation").transform(&[5.0], &even(), &COMMAND), &COMMAND);
-    assert_eq!(input("gain_error").linear_about(), Some(1.0));
-    for class in ["dead_zone", "saturation", "input_delay", "actuator_lag"] {
-        assert_eq!(input(class).linear_about(), None, "{class}");
+}
+
+/// Screening refines a shape between the values of its grid: one value alone would be taken
+/// as it is.
+#[test]
+fn every_input_law_is_screened_over_a_range() {
+    let scales = lacuna_effects::Scales {
+        q: (-1.0, 1.0),
+        v: 1.0,
+        input: (2.0, 5.0),
+        step: 0.01,
+        time: (0.0, 10.0),
+    };
+    for class in ["gain_error", "dead_zone", "saturation", "input_delay", "actuator_lag"] {
+        assert!(input(class).shapes(&scales).len() > 1, "{class}");
     }
 }
 
