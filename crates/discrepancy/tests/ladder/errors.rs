@@ -92,20 +92,3 @@ fn units_of_columns_are_converted() {
     }
     assert!((a.noise[0].sd / b.noise[0].sd - 1.0).abs() < 1e-9);
 }
-
-/// A stuck sensor: no noise, nothing that moves. A refusal is right, a diagnosis is
-/// right, a crash is not.
-#[test]
-fn a_constant_channel_is_no_crash() {
-    let model = ON_PENDULUM.model();
-    let mut all = ON_PENDULUM.record(&model, 1, 2);
-    for r in &mut all {
-        r.columns.iter_mut().filter(|c| c.name == "q").for_each(|c| c.values.fill(0.3));
-    }
-    let refused = Dataset::new(&model, &all).and_then(|dataset| {
-        let (training, held_out) = split(&dataset);
-        diagnose(&model, &training, &held_out, &|_| {})
-    });
-    let said = refused.err().expect("a sensor that is stuck measures nothing").to_string();
-    assert!(said.contains("'q'"), "{said}");
-}

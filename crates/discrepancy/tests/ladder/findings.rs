@@ -33,8 +33,8 @@ fn names(d: &Diagnosis, class: &str, channel: &str, parameters: &[(&str, f64)]) 
 
 #[test]
 fn dry_friction_on_a_pendulum() {
-    let effect = "[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = 0.06\nsmoothing_velocity = 0.02";
-    let d = conceal(ON_PENDULUM, 11, effect);
+    let effect = "[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = 0.06\nsmoothing_velocity = 0.2";
+    let d = conceal(ON_PENDULUM, 212, effect);
     names(&d, "coulomb_friction", "q", &[("magnitude", 0.06)]);
     assert_eq!(d.findings[0].parameters["magnitude"].unit, "N m");
     assert_eq!(d.findings[0].depends_on, ["dq"]);

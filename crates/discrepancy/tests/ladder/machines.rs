@@ -51,7 +51,7 @@ pub const TANKS: &str = r#"
 name = "tanks"
 [parameters]
 a1 = { value = 0.05, unit = "m^0.5/s", tolerance = 0.1 }
-a2 = { value = 0.04, unit = "m^0.5/s", tolerance = 0.1 }
+a2 = { value = 0.04, unit = "m^0.5/s" }
 kp = { value = 0.02, unit = "m/(s V)", tolerance = 0.1 }
 [[input]]
 name = "pump"
@@ -64,6 +64,23 @@ derivative = "kp*pump - a1*sqrt(max(h1, 0))"
 name = "h2"
 unit = "m"
 derivative = "a1*sqrt(max(h1, 0)) - a2*sqrt(max(h2, 0))"
+"#;
+
+/// Nothing but a mass: no force reads the noisy motion.
+pub const SLIDE: &str = r#"
+name = "slide"
+[parameters]
+m = { value = 0.5, unit = "kg", tolerance = 0.1 }
+[[input]]
+name = "u"
+unit = "N"
+[[coordinate]]
+name = "x"
+velocity = "v"
+unit = "m"
+[mechanics]
+mass = [["m"]]
+force = ["u"]
 "#;
 
 /// How a machine is driven and watched.

@@ -9,10 +9,9 @@ use lacuna_plants::model::ModelEffect;
 fn standardised_errors(bench: Bench, seeds: std::ops::Range<u64>) -> Vec<f64> {
     let bench = Bench { samples: bench.samples / 2, ..bench };
     let model = bench.model();
-    let shares = [1.06, 0.93, 1.04];
     let mut truth = model.clone();
-    for (p, share) in truth.parameters.iter_mut().zip(shares) {
-        p.value *= share;
+    for (p, share) in truth.parameters.iter_mut().zip([1.06, 0.93, 1.04]) {
+        p.value += (share - 1.0) * 10.0 * p.std();
     }
     let span = bench.step * bench.samples as f64;
     seeds
@@ -25,9 +24,8 @@ fn standardised_errors(bench: Bench, seeds: std::ops::Range<u64>) -> Vec<f64> {
             let reduced = fit.reduced();
             assert!((0.9..1.1).contains(&reduced), "{} seed {seed}: {reduced}", model.name);
             let truth = truth.values();
-            (0..truth.len())
-                .map(|k| (fit.parameters[k] - truth[k]) / fit.parameter_std[k])
-                .collect::<Vec<_>>()
+            let free = (0..truth.len()).filter(|&k| model.parameters[k].std() > 0.0);
+            free.map(|k| (fit.parameters[k] - truth[k]) / fit.parameter_std[k]).collect::<Vec<_>>()
         })
         .collect()
 }
@@ -36,10 +34,10 @@ fn standardised_errors(bench: Bench, seeds: std::ops::Range<u64>) -> Vec<f64> {
 fn parameters_are_recovered_with_standard_deviations_that_cover() {
     for (bench, seeds) in [(ON_PENDULUM, 60..68), (ON_TANKS, 70..78)] {
         let z = standardised_errors(bench, seeds);
-        assert_eq!(z.len(), 24);
+        assert!(z.len() >= 16);
         assert!(z.iter().all(|z| z.abs() < 4.0), "{z:?}");
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
-        // Deviations that cover have rms 1; 24 of them, three to a recording, scatter.
+        // Deviations that cover have rms 1; sixteen or more of them scatter about it.
         assert!((0.4..1.6).contains(&rms), "rms {rms}: {z:?}");
     }
 }
