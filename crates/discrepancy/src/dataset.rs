@@ -255,7 +255,7 @@ fn in_model_units(u: &Used, values: &[f64], recording: &str) -> Result<Vec<f64>,
     let fail = |source| DiagnoseError::Unit {
         recording: recording.to_owned(),
         column: u.column.clone(),
-        source,
+        source: Box::new(source),
     };
     let from = Unit::parse(&u.column_unit).map_err(fail)?;
     let to = Unit::parse(&u.unit).map_err(fail)?;

@@ -190,12 +190,12 @@ impl<'a> Confirmation<'a> {
             }
             // The same windows with and without; from the longer windows of the richer model,
             // or from its own, whichever fits better.
-            let without = Shooting::new(self.model, self.training, self.added(&current).to_vec());
+            let effects = self.added(&current);
             let same = if next.horizon == current.horizon {
                 current.clone()
             } else {
-                let alike = without.fit_like(&next);
-                let own = without.fit(&current.parameters, next.horizon, next.horizon);
+                let alike = self.fit_like(effects, &next);
+                let own = self.fit(effects, &current.parameters, next.horizon, next.horizon);
                 if alike.chi2 < own.chi2 { alike } else { own }
             };
             let gain = nats(&same, &next);
@@ -212,7 +212,7 @@ impl<'a> Confirmation<'a> {
             current = next;
         }
         let horizon = current.horizon;
-        let current = self.polish(current);
+        let current = self.polish(self.simplify(current, &mut terms));
         let calibrated = if terms.is_empty() {
             current.clone()
         } else {
@@ -225,6 +225,34 @@ impl<'a> Confirmation<'a> {
             horizon,
         );
         Confirmed { nominal, calibrated, chosen: current, terms, gains, rivals }
+    }
+
+    /// Friction that needs neither its asymmetry nor its peak any more, once further effects
+    /// stand beside it, is written as plain dry friction.
+    fn simplify(&self, mut fit: ShootingFit, terms: &mut [Term]) -> ShootingFit {
+        let price = 0.5 * (fit.count as f64).ln();
+        for k in 0..terms.len() {
+            let effects = self.added(&fit);
+            let plain = other_friction(&effects[k])
+                .into_iter()
+                .map(|(_, e)| e)
+                .find(|e| e.len() == 1 && e[0].effect.class == "coulomb_friction");
+            let Some(plain) = plain else { continue };
+            let saved = (effects[k].parameters.len() - plain[0].parameters.len()) as f64;
+            let mut simpler = effects.to_vec();
+            simpler[k] = plain[0].clone();
+            let without = self.fit_like(&simpler, &fit);
+            if nats(&fit, &without) + price * saved > 0.0 {
+                terms[k] = term(&simpler[k]);
+                fit = without;
+            }
+        }
+        fit
+    }
+
+    /// Fit other effects in the windows, and from the parameters and states, of a fit.
+    fn fit_like(&self, new: &[ModelEffect], like: &ShootingFit) -> ShootingFit {
+        Shooting::new(self.model, self.training, new.to_vec()).fit_like(like)
     }
 
     /// The final fit. Where the model reaches the noise, all windows agree and the longest are
@@ -274,10 +302,7 @@ impl<'a> Confirmation<'a> {
         tries.extend(other_friction(&self.added(&best)[0]));
         let fitted: Vec<_> = tries
             .into_par_iter()
-            .map(|(terms, effects)| {
-                let alike = Shooting::new(self.model, self.training, effects).fit_like(&best);
-                (terms, alike)
-            })
+            .map(|(terms, effects)| (terms, self.fit_like(&effects, &best)))
             .collect();
         let size = |f: &ShootingFit| {
             self.added(f).iter().map(|e| e.parameters.len()).sum::<usize>() as f64

@@ -59,7 +59,7 @@ pub enum DiagnoseError {
         /// The column.
         column: String,
         /// What is wrong.
-        source: UnitError,
+        source: Box<UnitError>,
     },
     /// The weak form cannot be set up.
     #[error("the weak form of the model cannot be set up: {reason}")]

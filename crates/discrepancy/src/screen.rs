@@ -18,8 +18,10 @@ const THRESHOLD: f64 = 10.0;
 /// Share of the first effect's gain that later ones must reach: formulas are never exact,
 /// and what a slightly wrong one leaves behind is no second effect.
 const SHARE_OF_FIRST: f64 = 0.01;
-/// Candidates that are refined at each step.
-const REFINED: usize = 7;
+/// Candidates that are refined at each step, from each of two scans.
+const REFINED: usize = 6;
+/// Share of the white force at which candidates are screened a second time.
+const SMALLER_TAU: f64 = 0.2;
 /// Most effects that are added.
 const MOST_EFFECTS: usize = 3;
 /// Parameters may move this many tolerances.
@@ -243,15 +245,10 @@ impl<'w> Screen<'w> {
         colour(segments.iter().map(|(_, rows)| &residual[rows.clone()]))
     }
 
-    /// Evidence gains of all candidates over `base` with its noise, the best shape of each.
-    fn scan(
-        &self,
-        base: &Hypothesis,
-        list: &[Candidate],
-    ) -> Result<Vec<(f64, Term)>, DiagnoseError> {
-        let whitener = self.weak.whitener(&base.tau)?;
-        let system = self.system(&base.terms).whitened(&whitener);
-        let residual = system.residual(&base.evidence);
+    /// The candidates that are worth a closer look, each with its best shape: the first few at
+    /// the noise of `base`, and the first few at a smaller white force. What is missing
+    /// inflates the white force, behind which an effect that acts slowly or seldom hides.
+    fn shortlist(&self, base: &Hypothesis, list: &[Candidate]) -> Result<Vec<Term>, DiagnoseError> {
         let tries: Vec<Term> = list
             .iter()
             .flat_map(|&candidate| {
@@ -259,11 +256,33 @@ impl<'w> Screen<'w> {
                 shapes.into_iter().map(move |shape| Term { candidate, shape })
             })
             .collect();
-        let gains: Vec<Option<f64>> = tries
-            .par_iter()
-            .map(|term| self.quick_gain(&system, base, &residual, &whitener, term))
-            .collect();
-        let mut best: Vec<(f64, Term)> = Vec::new();
+        let mut short: Vec<Term> = Vec::new();
+        for share in [1.0, SMALLER_TAU] {
+            let tau: Vec<f64> = base.tau.iter().map(|t| share * t).collect();
+            for term in self.scan(base, &tau, &tries)?.into_iter().take(REFINED) {
+                if !short.iter().any(|t| t.candidate == term.candidate) {
+                    short.push(term);
+                }
+            }
+        }
+        Ok(short)
+    }
+
+    /// The best shape of every candidate, by its gain over `base` with white forces `tau`.
+    fn scan(
+        &self,
+        base: &Hypothesis,
+        tau: &[f64],
+        tries: &[Term],
+    ) -> Result<Vec<Term>, DiagnoseError> {
+        let whitener = self.weak.whitener(tau)?;
+        let system = self.system(&base.terms).whitened(&whitener);
+        let failed = || DiagnoseError::Weak { reason: "the regression is not finite".into() };
+        let fit = system.regress().ok_or_else(failed)?;
+        let ground = Ground { residual: system.residual(&fit), system, fit, whitener };
+        let gains: Vec<Option<f64>> =
+            tries.par_iter().map(|term| self.quick_gain(&ground, &base.terms, term)).collect();
+        let mut best: Vec<(f64, &Term)> = Vec::new();
         for (gain, term) in gains.into_iter().zip(tries) {
             let Some(gain) = gain else { continue };
             match best.iter_mut().find(|(_, t)| t.candidate == term.candidate) {
@@ -273,29 +292,22 @@ impl<'w> Screen<'w> {
             }
         }
         best.sort_by(|a, b| b.0.total_cmp(&a.0));
-        Ok(best)
+        Ok(best.into_iter().map(|(_, term)| term.clone()).collect())
     }
 
     /// Gain of one term with the noise fixed: the target's projection on what the columns of
     /// the base leave of the new ones.
-    fn quick_gain(
-        &self,
-        system: &WhitenedSystem,
-        base: &Hypothesis,
-        residual: &[f64],
-        whitener: &Whitener,
-        term: &Term,
-    ) -> Option<f64> {
-        let mut terms = base.terms.clone();
-        terms.push(term.clone());
+    fn quick_gain(&self, ground: &Ground, base: &[Term], term: &Term) -> Option<f64> {
+        let Ground { system, fit, residual, whitener } = ground;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         if let Law::Input(_) = term.candidate.effect.law {
             // The change is what it is: no amplitude to choose, only the base to refit.
-            let raw = self.input_change(&terms);
-            let before = self.input_change(&base.terms);
-            let change: Column = raw.iter().zip(&before).map(|(a, b)| a - b).collect();
+            let mut terms = base.to_vec();
+            terms.push(term.clone());
+            let (with, without) = (self.input_change(&terms), self.input_change(base));
+            let change: Column = with.iter().zip(&without).map(|(a, b)| a - b).collect();
             let mut change = whitener.whiten(&change);
-            system.project_out(&base.evidence, &mut change);
+            system.project_out(fit, &mut change);
             return Some(dot(residual, &change) - 0.5 * dot(&change, &change));
         }
         let columns: Vec<Column> = term.columns(self.weak, &self.point);
@@ -305,7 +317,7 @@ impl<'w> Screen<'w> {
             .iter()
             .map(|c| {
                 let mut c = whitener.whiten(c);
-                system.project_out(&base.evidence, &mut c);
+                system.project_out(fit, &mut c);
                 c
             })
             .collect();
@@ -324,11 +336,12 @@ impl<'w> Screen<'w> {
         let whitener = self.weak.whitener(&base.tau)?;
         let system = self.system(&base.terms).whitened(&whitener);
         let residual = system.residual(&base.evidence);
+        let ground = Ground { system, fit: base.evidence.clone(), residual, whitener };
         let scales = term.candidate.scales(self.weak);
         let bounds = Bounds::of(&term.candidate.shapes(&scales));
         let cost = |x: &[f64]| {
             let trial = Term { candidate: term.candidate, shape: bounds.shape(x) };
-            self.quick_gain(&system, base, &residual, &whitener, &trial).map_or(1e30, |g| -g)
+            self.quick_gain(&ground, &base.terms, &trial).map_or(1e30, |g| -g)
         };
         let x = simplex(&cost, &bounds.coordinates(&term.shape), &bounds.steps(), 25 * d);
         Ok(Term { candidate: term.candidate, shape: bounds.shape(&x) })
@@ -349,11 +362,10 @@ impl<'w> Screen<'w> {
             progress(&format!("screening {} candidates", list.len()));
             let taken = |c: &Candidate| chosen.terms.iter().any(|t| t.candidate.excludes(c));
             let free: Vec<_> = list.iter().filter(|c| !taken(c)).copied().collect();
-            let scan = self.scan(&chosen, &free)?;
-            let fits = scan
+            let shortlist = self.shortlist(&chosen, &free)?;
+            let fits = shortlist
                 .par_iter()
-                .take(REFINED)
-                .map(|(_, term)| {
+                .map(|term| {
                     let mut terms = chosen.terms.clone();
                     terms.push(self.refine(&chosen, term)?);
                     self.hypothesis(&terms, &chosen.tau)
@@ -656,6 +668,14 @@ impl System {
             log_determinant: whitener.log_determinant(),
         }
     }
+}
+
+/// A whitened base with its fit: what further terms are tried on.
+struct Ground {
+    system: WhitenedSystem,
+    fit: Evidence,
+    residual: Column,
+    whitener: Whitener,
 }
 
 struct WhitenedSystem {

@@ -70,13 +70,13 @@ impl SmoothedRecording {
                     source,
                 })?;
             let path = smoothed.at(&observed.times);
-            for k in 0..samples {
+            for (k, &measured) in values.iter().enumerate() {
                 this.states[k * width + state] = path.value[k];
                 if model.is_coordinate(channel) {
                     this.states[k * width + state + n] = path.first[k];
                     this.accelerations[k * n + channel] = path.second[k];
                 }
-                let innovation = values[k] - path.value[k];
+                let innovation = measured - path.value[k];
                 this.innovations[channel][k] =
                     if innovation.is_finite() { innovation } else { 0.0 };
             }

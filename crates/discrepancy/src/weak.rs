@@ -415,15 +415,17 @@ fn window_width(model: &Model, smoothed: &[SmoothedRecording], channels: &[usize
     let typical = |c: usize| {
         let (mut slow, mut fast) = (0.0, 0.0);
         for s in smoothed {
+            // A level's mean is no motion.
+            let level = |k: usize| s.state(k)[c + n];
+            let mean = (0..s.len()).map(level).sum::<f64>() / s.len() as f64;
             for k in 1..s.len() {
-                let dt = s.times[k] - s.times[k - 1];
                 if c < n {
                     slow += s.state(k)[n + c].powi(2);
                     fast += s.accelerations[k * n + c].powi(2);
                 } else {
-                    let i = c + n;
-                    fast += ((s.state(k)[i] - s.state(k - 1)[i]) / dt).powi(2);
-                    slow += s.state(k)[i].powi(2);
+                    let dt = s.times[k] - s.times[k - 1];
+                    fast += ((level(k) - level(k - 1)) / dt).powi(2);
+                    slow += (level(k) - mean).powi(2);
                 }
             }
         }

@@ -223,7 +223,8 @@ mod tests {
 
     #[test]
     fn the_hot_loop_agrees_with_the_general_one() {
-        let times: Vec<f64> = (0..60).map(|k| 0.02 * f64::from(k) + 0.003 * f64::from(k % 3)).collect();
+        let times: Vec<f64> =
+            (0..60).map(|k| 0.02 * f64::from(k) + 0.003 * f64::from(k % 3)).collect();
         let values: Vec<f64> = times.iter().map(|t| (5.0 * t).sin()).collect();
         for hold in [Hold::ZeroOrder, Hold::Linear] {
             let input = SampledInput { times: &times, values: &values, hold };

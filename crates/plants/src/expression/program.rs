@@ -177,11 +177,11 @@ impl<'a> Compiler<'a> {
         let mut register = vec![u32::MAX; n];
         let (frozen, fixed) = self.freeze(&mut register);
         let mut variables = Vec::new();
-        for k in 0..n {
+        for (k, register) in register.iter_mut().enumerate() {
             if let (true, false, Node::Variable(v)) =
                 (self.needed[k], self.is_frozen[k], node(self.graph, k))
             {
-                register[k] = (fixed + variables.len()) as u32;
+                *register = (fixed + variables.len()) as u32;
                 variables.push(v - self.parameters as u32);
             }
         }
