@@ -1,0 +1,392 @@
+//! `lacuna simulate`, `lacuna diagnose` and `lacuna demo` as a user runs them.
+
+use lacuna::discrepancy::Diagnosis;
+use lacuna::discrepancy::diagnosis::Verdict;
+use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
+use lacuna::plants::integrate::rk4_sampled;
+use lacuna::plants::{Model, System};
+use lacuna::recordings::{Column, Recording, RecordingSource, read_csv, write_csv_with_time};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const STEP: f64 = 0.01;
+const ROWS: usize = 700;
+const NOISE: f64 = 1e-3;
+
+const MODEL: &str = r#"# A motor that turns an arm.
+name = "arm"
+
+[parameters]
+J = { value = 0.05, unit = "kg m^2", tolerance = 0.1 }
+b = { value = 0.03, unit = "N m s/rad", tolerance = 0.1 }
+mgl = { value = 0.4, unit = "N m", tolerance = 0.1 }
+
+[[input]]
+name = "tau"
+unit = "N m"
+
+[[coordinate]]
+name = "q"
+velocity = "dq"
+unit = "rad"
+
+[mechanics]
+mass = [["J"]]
+force = ["tau - b*dq - mgl*sin(q)"]
+"#;
+
+const FRICTION: &str = "\n[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = 0.06\nsmoothing_velocity = 0.02\n";
+
+/// A folder with the model and three recordings of a machine.
+struct Bench {
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    /// `concealed` is added to the machine and not to the model.
+    fn of(concealed: &str) -> Self {
+        let bench = Self { folder: tempfile::tempdir().unwrap() };
+        bench.write("model.toml", MODEL.as_bytes());
+        let truth = Model::from_text(&format!("{MODEL}{concealed}"), "truth.toml").unwrap();
+        for run in 0..3 {
+            let path = bench.path(&format!("run{run}.csv"));
+            write_csv_with_time(&path, &record(&truth, run), "t").unwrap();
+        }
+        bench
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) {
+        std::fs::write(self.path(name), bytes).unwrap();
+    }
+
+    fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    fn lacuna(&self, arguments: &[&str]) -> Output {
+        lacuna(self.folder.path(), arguments)
+    }
+
+    /// What a run that succeeds prints.
+    fn prints(&self, arguments: &[&str]) -> String {
+        let output = self.lacuna(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn json(&self, arguments: &[&str]) -> Value {
+        serde_json::from_str(&self.prints(arguments)).unwrap()
+    }
+
+    /// The message of a run that must end with exit code 2 and without a panic.
+    fn error(&self, arguments: &[&str]) -> String {
+        let output = self.lacuna(arguments);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.starts_with("lacuna: "), "{said}");
+        assert!(!said.contains("panicked"), "{said}");
+        assert!(output.stdout.is_empty(), "an error prints no result");
+        said
+    }
+}
+
+fn lacuna(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));
+    command.args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn record(truth: &Model, run: u64) -> Recording {
+    let mut rng = rng(7, run);
+    let ranges = SinusoidRanges {
+        amplitude: 0.1..=0.3,
+        angular_frequency: 0.5..=6.0,
+        phase: 0.0..=std::f64::consts::TAU,
+    };
+    let time: Vec<f64> = (0..ROWS).map(|k| STEP * k as f64).collect();
+    let torque = SumOfSinusoids::random(&mut rng, 1, 4, &ranges).unwrap().sample(&time);
+    let system = System::new(truth);
+    let start = system.at_rest(&[0.2, 0.0]);
+    let motion = rk4_sampled(&system, &start, &time, &torque, truth.hold, 8).unwrap();
+    let mut angle: Vec<f64> = (0..ROWS).map(|k| motion.state(k)[0]).collect();
+    add_gaussian_noise(&mut angle, NOISE, &mut rng).unwrap();
+    let columns = vec![
+        Column { name: "q".to_owned(), values: angle },
+        Column { name: "tau".to_owned(), values: torque },
+    ];
+    Recording { name: String::new(), time, columns }
+}
+
+const RUNS: [&str; 3] = ["run0.csv", "run1.csv", "run2.csv"];
+
+fn diagnose<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&["diagnose", "model.toml"], &RUNS[..], more].concat()
+}
+
+#[test]
+fn simulate_runs_free_and_tells_the_error() {
+    let bench = Bench::of("");
+    let said = bench.prints(&["simulate", "model.toml", "--like", "run0.csv"]);
+    assert!(said.contains("running free") && said.contains("50 samples"), "{said}");
+    let row = said.lines().find(|l| l.starts_with("q ")).expect("a row for the channel");
+    assert!(row.contains("rad"), "{row}");
+
+    let report = bench.json(&["simulate", "model.toml", "--like", "run0.csv", "--json"]);
+    assert_eq!(report["mode"], "free_run");
+    let q = report["channels"]["q"].as_object().expect("q is there");
+    let keys: Vec<&str> = q.keys().map(String::as_str).collect();
+    assert_eq!(keys.len(), 4, "{keys:?}");
+    assert_eq!(q["unit"], "rad");
+    let number = |key: &str| q[key].as_f64().expect("a number");
+    // The right model, free for seven seconds from a state that fifty samples tell, misses by
+    // little more than the noise.
+    assert!((0.9..3.0).contains(&(number("rmse") / NOISE)), "{q:?}");
+    assert!((number("fit_percent") - 100.0 * (1.0 - number("nrmse"))).abs() < 1e-9);
+    assert!(number("nrmse") > 0.0 && number("nrmse") < 0.1);
+}
+
+#[test]
+fn simulate_restarts_with_a_horizon() {
+    let bench = Bench::of(FRICTION);
+    let run = ["simulate", "model.toml", "--like", "run0.csv", "--json"];
+    let free = bench.json(&run);
+    let windowed = bench.json(&[&run[..], &["--horizon", "0.3"]].concat());
+    assert_eq!(windowed["mode"], "windowed");
+    let rmse = |v: &Value| v["channels"]["q"]["rmse"].as_f64().expect("a number");
+    assert!(rmse(&windowed) < 0.2 * rmse(&free), "{} {}", rmse(&windowed), rmse(&free));
+    let said = bench.prints(&["simulate", "model.toml", "--like", "run0.csv", "--horizon", "0.3"]);
+    assert!(said.contains("restarted every 0.3 s"), "{said}");
+}
+
+/// The file holds what was simulated: its distance from the recording is the error told.
+#[test]
+fn simulate_writes_what_it_simulated() {
+    let bench = Bench::of(FRICTION);
+    let report = bench.json(&[
+        "simulate",
+        "model.toml",
+        "--like",
+        "run1.csv",
+        "--warmup",
+        "80",
+        "--json",
+        "--out",
+        "sim.csv",
+    ]);
+    let read = |name: &str| read_csv(&RecordingSource::file(bench.path(name)), "t").unwrap();
+    let (measured, simulated) = (read("run1.csv"), read("sim.csv"));
+    assert_eq!(simulated.time, measured.time);
+    let pairs = measured.column("q").unwrap().iter().zip(simulated.column("q").unwrap());
+    let squares: Vec<f64> = pairs.skip(80).map(|(a, b)| (a - b).powi(2)).collect();
+    let rmse = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    let told = report["channels"]["q"]["rmse"].as_f64().expect("a number");
+    assert!((rmse / told - 1.0).abs() < 1e-9, "{rmse} {told}");
+    assert_eq!(report["warmup_samples"], 80);
+}
+
+#[test]
+fn diagnose_writes_a_diagnosis_a_model_and_a_page() {
+    let bench = Bench::of(FRICTION);
+    let said = bench.prints(&diagnose(&["--out", "found"]));
+    assert!(said.contains("ry (Coulomb) friction"), "{said}");
+    assert!(said.contains("report.html"), "{said}");
+
+    let text = bench.text("found/diagnosis.json");
+    let raw: Value = serde_json::from_str(&text).unwrap();
+    for key in ["schema", "model", "verdict", "findings", "calibration", "location", "fit"] {
+        assert!(!raw[key].is_null(), "{key}");
+    }
+    assert_eq!((&raw["schema"], &raw["model"]), (&Value::from(1), &Value::from("arm")));
+    assert_eq!(raw["verdict"], "missing_physics");
+    let finding = &raw["findings"][0];
+    assert_eq!((&finding["class"], &finding["channel"]), (&"coulomb_friction".into(), &"q".into()));
+    assert_eq!(finding["depends_on"], serde_json::json!(["dq"]));
+    assert!(finding["time"].is_null() && finding["says"].is_string());
+    assert!(finding["region"]["dq"][0].as_f64() < finding["region"]["dq"][1].as_f64());
+    let magnitude = &finding["parameters"]["magnitude"];
+    let (value, std) = (magnitude["value"].as_f64().unwrap(), magnitude["std"].as_f64().unwrap());
+    assert!((value - 0.06).abs() < f64::max(4.0 * std, 0.003), "{value} +- {std}");
+    assert_eq!(magnitude["unit"], "N m");
+    assert!((0.0..=1.0).contains(&finding["probability"].as_f64().unwrap()));
+    assert!(finding["alternatives"].is_array());
+    let j = &raw["calibration"]["J"];
+    assert_eq!((&j["nominal"], &j["unit"]), (&Value::from(0.05), &Value::from("kg m^2")));
+    assert!(raw["location"]["channels"]["q"]["significance"].is_number());
+    assert_eq!(
+        raw["location"]["channels"]["q"]["explained_by"],
+        serde_json::json!(["coulomb_friction"])
+    );
+    let fit = &raw["fit"]["held_out"]["q"];
+    for key in ["rmse_before", "rmse_after", "noise", "horizon_s"] {
+        assert!(fit[key].as_f64().is_some_and(|v| v > 0.0), "{key}");
+    }
+    assert!(raw["fit"]["training"]["q"].is_object());
+    // Nothing is lost on the way through the library's type.
+    let diagnosis: Diagnosis = serde_json::from_str(&text).unwrap();
+    assert_eq!(serde_json::to_value(&diagnosis).unwrap(), raw);
+    assert!(bench.text("found/report.html").contains("coulomb_friction"));
+
+    // The augmented model is a model, keeps the comments, and predicts better.
+    let augmented = bench.text("found/augmented.toml");
+    assert!(augmented.starts_with("# A motor that turns an arm."), "{augmented}");
+    let rmse = |model: &str| {
+        let run = bench.json(&["simulate", model, "--like", "run2.csv", "--json"]);
+        run["channels"]["q"]["rmse"].as_f64().expect("a number")
+    };
+    let (before, after) = (rmse("model.toml"), rmse("found/augmented.toml"));
+    assert!(after < 1.5 * NOISE && before > 5.0 * after, "{before} {after}");
+
+    // Diagnosed again, the augmented model lacks nothing.
+    let again = [&["diagnose", "found/augmented.toml"], &RUNS[..], &["--json"]].concat();
+    let again: Diagnosis = serde_json::from_value(bench.json(&again)).unwrap();
+    assert!(again.findings.is_empty(), "{:?}", again.findings);
+    assert_eq!(again.verdict, Verdict::NoMismatch);
+}
+
+#[test]
+fn diagnose_answers_scripts() {
+    let bench = Bench::of(FRICTION);
+    let output = bench.lacuna(&diagnose(&["--exit-code", "--quiet"]));
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(output.stdout.is_empty() && output.stderr.is_empty(), "{}", stderr(&output));
+    // Recordings named for proof are used for proof.
+    let run =
+        ["diagnose", "model.toml", "run0.csv", "run1.csv", "--held-out", "run2.csv", "--json"];
+    let diagnosis: Diagnosis = serde_json::from_value(bench.json(&run)).unwrap();
+    assert_eq!(diagnosis.data.training, ["run0.csv", "run1.csv"]);
+    assert_eq!(diagnosis.data.held_out, ["run2.csv"]);
+
+    let bench = Bench::of("");
+    let output = bench.lacuna(&diagnose(&["--exit-code"]));
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
+fn the_demo_unseals_what_it_concealed() {
+    for seed in ["1", "2"] {
+        let folder = tempfile::tempdir().unwrap();
+        let output = lacuna(folder.path(), &["demo", "--seed", seed, "--out", "demo"]);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{said}{}", stderr(&output));
+        assert!(said.contains("Unsealed: ") && said.contains("The finding is right."), "{said}");
+        for file in ["model.toml", "diagnosis.json", "augmented.toml", "report.html"] {
+            assert!(folder.path().join("demo").join(file).is_file(), "{file}");
+        }
+        let run = ["simulate", "demo/augmented.toml", "--like", "demo/recordings/run04.csv"];
+        assert!(lacuna(folder.path(), &run).status.success());
+    }
+}
+
+#[test]
+fn recordings_that_cannot_be_used_are_refused_with_their_place() {
+    let bench = Bench::of("");
+    let good = bench.text("run0.csv");
+    let lines: Vec<&str> = good.lines().collect();
+
+    bench.write("noinput.csv", good.replace("tau", "torque").as_bytes());
+    for command in [
+        &["simulate", "model.toml", "--like", "noinput.csv"][..],
+        &["diagnose", "model.toml", "noinput.csv"],
+    ] {
+        let said = bench.error(command);
+        assert!(said.contains("noinput.csv") && said.contains("'tau'"), "{said}");
+        assert!(said.contains("torque"), "the columns there are: {said}");
+    }
+
+    bench.write("nothing.csv", good.replace("q,", "angle,").as_bytes());
+    let said = bench.error(&["diagnose", "model.toml", "nothing.csv"]);
+    assert!(said.contains("nothing.csv"), "{said}");
+
+    let mut backwards = lines.clone();
+    backwards.swap(300, 301);
+    bench.write("backwards.csv", backwards.join("\n").as_bytes());
+    let said = bench.error(&["diagnose", "model.toml", "backwards.csv"]);
+    assert!(said.contains("backwards.csv") && said.contains("line 302"), "{said}");
+
+    let mut words = lines.clone();
+    let broken = lines[17].replacen(',', ",fast", 1);
+    words[17] = &broken;
+    bench.write("words.csv", words.join("\n").as_bytes());
+    let said = bench.error(&["simulate", "model.toml", "--like", "words.csv"]);
+    assert!(said.contains("words.csv, line 18, column 'q'") && said.contains("fast"), "{said}");
+
+    bench.write("short.csv", lines[..40].join("\n").as_bytes());
+    let said = bench.error(&["diagnose", "model.toml", "short.csv"]);
+    assert!(said.contains("short.csv") && said.contains("39 samples"), "{said}");
+
+    let noise: Vec<u8> =
+        (0..4000u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
+    bench.write("binary.csv", &noise);
+    bench.write("elf.csv", b"\x7fELF\x02\x01\x01\0\0\0\0\0\0\0\0\0\x03\0\x3e\0");
+    for file in ["binary.csv", "elf.csv"] {
+        let said = bench.error(&["diagnose", "model.toml", file]);
+        assert!(said.contains(file), "{said}");
+    }
+    let said = bench.error(&["diagnose", "model.toml", "absent.csv"]);
+    assert!(said.contains("absent.csv"), "{said}");
+    // A mistake in one of many recordings names that one.
+    let said = bench.error(&["diagnose", "model.toml", "run0.csv", "run1.csv", "words.csv"]);
+    assert!(said.contains("words.csv, line 18"), "{said}");
+    let said = bench.error(&["diagnose", "model.toml", "run0.csv", "--held-out", "noinput.csv"]);
+    assert!(said.contains("noinput.csv"), "{said}");
+}
+
+#[test]
+fn models_that_cannot_be_used_are_refused_with_their_place() {
+    let bench = Bench::of("");
+    let with = |name: &str, text: String| {
+        bench.write(name, text.as_bytes());
+        let simulate = bench.error(&["simulate", name, "--like", "run0.csv"]);
+        assert_eq!(simulate, bench.error(&["diagnose", name, "run0.csv"]));
+        simulate
+    };
+    let said = with("unknown.toml", MODEL.replace("mgl*sin(q)", "mgl*sin(qq)"));
+    // The line and column of `qq` itself.
+    assert!(said.contains("unknown.toml:20:32:"), "{said}");
+    assert!(said.contains("'qq'") && said.contains("did you mean 'q'"), "{said}");
+
+    let said = with("syntax.toml", MODEL.replace("b*dq -", "b*dq - *"));
+    assert!(said.contains("syntax.toml:20:"), "{said}");
+
+    let effect = "\n[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = { value = 1.0, unit = \"N\" }\n";
+    let said = with("unit.toml", format!("{MODEL}{effect}"));
+    assert!(said.contains("unit.toml:22:") && said.contains("N m"), "{said}");
+
+    let measurement = "\n[[measurement]]\ncolumn = \"q\"\nof = \"q\"\nunit = \"kg\"\n";
+    let said = with("mass.toml", format!("{MODEL}{measurement}"));
+    assert!(said.contains("'q'") && said.contains("kg"), "{said}");
+
+    bench.write("binary.toml", &[0xff, 0xfe, 0, 1, 2, 3, 0x80, 0x81]);
+    let said = bench.error(&["simulate", "binary.toml", "--like", "run0.csv"]);
+    assert!(said.contains("binary.toml"), "{said}");
+    let said = bench.error(&["simulate", "absent.toml", "--like", "run0.csv"]);
+    assert!(said.contains("absent.toml"), "{said}");
+}
+
+#[test]
+fn arguments_that_make_no_sense_are_refused() {
+    let bench = Bench::of("");
+    for horizon in ["0", "-1", "nan", "soon"] {
+        let horizon = format!("--horizon={horizon}");
+        let output = bench.lacuna(&["simulate", "model.toml", "--like", "run0.csv", &horizon]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains("positive number of seconds"), "{}", stderr(&output));
+    }
+    let output = bench.lacuna(&["diagnose", "model.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("RECORDINGS"), "{}", stderr(&output));
+    // Warm-ups of any length leave something to run.
+    for warmup in ["0", "1", "700", "100000"] {
+        let run = ["simulate", "model.toml", "--like", "run0.csv", "--json", "--warmup", warmup];
+        let rmse = bench.json(&run)["channels"]["q"]["rmse"].as_f64().expect("a number");
+        assert!(rmse.is_finite() && rmse > 0.0, "{warmup}: {rmse}");
+    }
+}
