@@ -92,6 +92,6 @@ fn windows_cover_every_sample_once() {
             assert_eq!(next, times.len(), "horizon {horizon}");
         }
     }
-    assert_eq!(windows(&even, 1e4), [0..1000]);
+    assert_eq!(windows(&even, 1e4).len(), 1);
     assert_eq!(windows(&even, 1.0).len(), 10);
 }
