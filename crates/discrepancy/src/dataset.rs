@@ -5,7 +5,7 @@ use crate::DiagnoseError;
 use lacuna_plants::model::Measured;
 use lacuna_plants::{Hold, Model};
 use lacuna_recordings::{
-    InputHold, NoiseEstimate, Recording, RecordingSource, Sampling, Unit, convert,
+    Gap, InputHold, NoiseEstimate, Recording, RecordingSource, Sampling, Unit, convert,
     estimate_noise_pooled, read_csv, resample_input,
 };
 
@@ -146,6 +146,18 @@ impl Dataset {
         self.noise[output].sd.max(1e-7 * largest).max(f64::MIN_POSITIVE)
     }
 
+    /// An output that never changes.
+    #[must_use]
+    pub fn constant_output(&self) -> Option<&Output> {
+        let constant = |k: &usize| {
+            let values = self.recordings.iter().flat_map(|r| &r.outputs[*k]);
+            let mut finite = values.filter(|v| v.is_finite());
+            let first = finite.next();
+            finite.all(|v| Some(v) == first)
+        };
+        (0..self.outputs.len()).find(constant).map(|k| &self.outputs[k])
+    }
+
     /// Half of the range of an output over all recordings.
     #[must_use]
     pub fn half_range(&self, output: usize) -> f64 {
@@ -217,6 +229,17 @@ fn observe(model: &Model, used: &[Used], r: &Recording) -> Result<Observed, Diag
         return Err(DiagnoseError::TooShort { recording, found, needed: FEWEST_SAMPLES });
     }
     let sampling = Sampling::of(&r.time);
+    // Dropped rows are filled in; a leap longer than the recording itself is no dropped row.
+    if let Some(leap) = sampling.gaps.iter().find(|g| g.missing > r.len()) {
+        let Gap { after_row, from, to, missing } = *leap;
+        return Err(DiagnoseError::Leap {
+            recording: r.name.clone(),
+            after_row,
+            from,
+            to,
+            missing,
+        });
+    }
     let times = sampling.filled_times(&r.time);
     let rows = sampling.positions(r.len());
     let m = model.inputs.len();

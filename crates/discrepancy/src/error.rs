@@ -61,6 +61,32 @@ pub enum DiagnoseError {
         /// What is wrong.
         source: Box<UnitError>,
     },
+    /// Time leaps.
+    #[error(
+        "{recording}: time leaps from {from} s to {to} s after row {after_row} (from 0), over \
+         {missing} steps; mend the time column, or select the part before or after with #rows="
+    )]
+    Leap {
+        /// The recording.
+        recording: String,
+        /// Row before the leap, from 0.
+        after_row: usize,
+        /// Its time (s).
+        from: f64,
+        /// Time of the next row (s).
+        to: f64,
+        /// Steps between the two.
+        missing: usize,
+    },
+    /// A measured channel never changes.
+    #[error(
+        "the column for '{channel}' has one value in all recordings: a sensor that is stuck, or \
+         the wrong column; nothing can be diagnosed from it"
+    )]
+    Constant {
+        /// The channel.
+        channel: String,
+    },
     /// The weak form cannot be set up.
     #[error("the weak form of the model cannot be set up: {reason}")]
     Weak {

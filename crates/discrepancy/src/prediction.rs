@@ -107,18 +107,27 @@ impl<'a> Predictor<'a> {
         self.substeps
     }
 
-    /// Fewest RK4 steps a sample whose error over a stretch of the first recording stays
+    /// Fewest RK4 steps a sample whose error over some stretches of the first recording stays
     /// well below the noise: doubled until doubling changes little.
     fn choose_substeps(&mut self) -> usize {
+        const STRETCH: usize = 400;
+        const TOLERANCE: f64 = 0.01;
         let Some(observed) = self.dataset.recordings.first() else { return 1 };
-        let range = 0..observed.len().min(200);
-        let x0 = self.guess(observed, range.start);
+        let length = observed.len().min(STRETCH);
+        let starts = [0, 1, 2].map(|k| k * (observed.len() - length) / 2);
         let driven = self.drive(observed);
-        let mut coarse = self.run(&driven, range.clone(), &x0);
+        let states = starts.map(|start| self.guess(observed, start));
+        let runs = |this: &Self| {
+            let run = |k: usize| this.run(&driven, starts[k]..starts[k] + length, &states[k]);
+            [run(0), run(1), run(2)]
+        };
+        let mut coarse = runs(self);
         while self.substeps < MOST_SUBSTEPS {
             self.substeps *= 2;
-            let fine = self.run(&driven, range.clone(), &x0);
-            if self.weighted_distance(&coarse, &fine) < 0.02 {
+            let fine = runs(self);
+            let pairs = coarse.iter().zip(&fine);
+            let change = pairs.map(|(a, b)| self.weighted_distance(a, b)).fold(0.0, f64::max);
+            if change < TOLERANCE {
                 return self.substeps / 2;
             }
             coarse = fine;

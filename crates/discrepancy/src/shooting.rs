@@ -194,17 +194,16 @@ impl<'a> Shooting<'a> {
         run.result(horizon)
     }
 
-    /// Fit in the very windows of another fit, beginning from its parameters and states: what
-    /// differs by little ends in the same valley.
+    /// Fit from `parameters` in the very windows of another fit, beginning from its states:
+    /// what differs by little ends in the same valley.
     #[must_use]
-    pub fn fit_like(&self, other: &ShootingFit) -> ShootingFit {
-        let theta = self.start(&other.parameters);
-        let predictor = self.predictor(&theta, &other.parameters, 1);
+    pub fn fit_like(&self, parameters: &[f64], other: &ShootingFit) -> ShootingFit {
+        let predictor = self.predictor(&self.start(parameters), parameters, 1);
         let mut windows = other.windows.clone();
         for w in &mut windows {
             w.state = predictor.with_memory_at_rest(&w.state);
         }
-        let mut run = Run::in_windows(self, &other.parameters, windows);
+        let mut run = Run::in_windows(self, parameters, windows);
         run.minimise(MOST_STEPS);
         run.result(other.horizon)
     }

@@ -17,7 +17,12 @@ pub fn write_whole(path: &Path, text: &str) -> io::Result<()> {
         _ => Path::new("."),
     };
     std::fs::create_dir_all(folder).map_err(named)?;
-    let mut file = tempfile::Builder::new().suffix(".tmp").tempfile_in(folder).map_err(named)?;
+    let mut builder = tempfile::Builder::new();
+    builder.suffix(".tmp");
+    // Temporary files are private by default; a result is for all whom the umask allows.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder).map_err(named)?;
     file.write_all(text.as_bytes()).map_err(named)?;
     file.persist(path).map_err(|e| named(e.error))?;
     Ok(())

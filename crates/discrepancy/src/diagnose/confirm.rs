@@ -98,6 +98,9 @@ impl<'a> Confirmation<'a> {
         let (screened, starts) = self.start(&self.screening.chosen);
         let (mut terms, mut gains, mut rivals) = (vec![], vec![], vec![]);
         for (k, (term, start)) in self.screening.chosen.terms.iter().zip(starts).enumerate() {
+            if terms.iter().any(|t: &Term| t.candidate.excludes(&term.candidate)) {
+                continue;
+            }
             progress(&format!(
                 "fitting {} with the equations of motion",
                 term.candidate.effect.words
@@ -106,11 +109,13 @@ impl<'a> Confirmation<'a> {
             let mut effects = self.added(&current).to_vec();
             effects.push(start);
             let begin = if k == 0 { shortest } else { current.horizon };
-            let mut next = self.fit(&effects, &from, begin, span);
-            let mut named = vec![term.clone()];
-            if k == 0 {
-                (named, next) = self.siblings(term, next);
-            }
+            let next = self.fit(&effects, &from, begin, span);
+            let Named { terms: named, fit: next, rivals: close } = if k == 0 {
+                self.siblings(term, next)
+            } else {
+                let rivals = self.screening.rivals[k].clone();
+                Named { terms: vec![term.clone()], fit: next, rivals }
+            };
             // The same windows with and without; from the longer windows of the richer model,
             // or from its own, whichever fits better.
             let effects = self.added(&current);
@@ -128,25 +133,23 @@ impl<'a> Confirmation<'a> {
             }
             // Two terms that are one way of writing one gain share it.
             gains.extend(named.iter().map(|_| gain / named.len() as f64));
-            let same_term = named.len() == 1 && named[0].candidate == term.candidate;
-            let close = if same_term { self.screening.rivals[k].clone() } else { vec![] };
             rivals.extend(named.iter().map(|_| close.clone()));
             terms.extend(named);
             current = next;
         }
         let horizon = current.horizon;
         let current = self.polish(self.simplify(current, &mut terms));
+        let better = |a: ShootingFit, b: ShootingFit| if a.chi2 <= b.chi2 { a } else { b };
         let calibrated = if terms.is_empty() {
             current.clone()
         } else {
             let (from, _) = self.start(&self.screening.calibrated);
-            self.fit(&[], &from, horizon, horizon)
+            better(self.fit(&[], &from, horizon, horizon), self.fit_like(&[], &current))
         };
-        let nominal = Shooting::new(self.model, self.training, vec![]).with_parameters_held().fit(
-            &self.model.values(),
-            horizon,
-            horizon,
-        );
+        let held = Shooting::new(self.model, self.training, vec![]).with_parameters_held();
+        let values = self.model.values();
+        let nominal =
+            better(held.fit(&values, horizon, horizon), held.fit_like(&values, &calibrated));
         Confirmed { nominal, calibrated, chosen: current, terms, gains, rivals }
     }
 
@@ -175,7 +178,7 @@ impl<'a> Confirmation<'a> {
 
     /// Fit other effects in the windows, and from the parameters and states, of a fit.
     fn fit_like(&self, new: &[ModelEffect], like: &ShootingFit) -> ShootingFit {
-        Shooting::new(self.model, self.training, new.to_vec()).fit_like(like)
+        Shooting::new(self.model, self.training, new.to_vec()).fit_like(&like.parameters, like)
     }
 
     /// The final fit. Where the model reaches the noise, all windows agree and the longest are
@@ -211,10 +214,11 @@ impl<'a> Confirmation<'a> {
     }
 
     /// Other ways to name what the first effect does, fitted in its place: rivals that the
-    /// screening leaves close, and the other laws of dry friction. The best of all.
-    fn siblings(&self, first: &Term, best: ShootingFit) -> (Vec<Term>, ShootingFit) {
-        let rivals = self.screening.rivals[0].iter();
-        let close = rivals.filter(|(_, behind)| *behind < CLOSE).take(3);
+    /// screening leaves close, and the other laws of dry friction. The best of all, and how
+    /// far the others lie behind it.
+    fn siblings(&self, first: &Term, fit: ShootingFit) -> Named {
+        let rivals = &self.screening.rivals[0];
+        let close = rivals.iter().filter(|(_, behind)| *behind < CLOSE).take(3);
         let mut tries: Vec<(Vec<Term>, Vec<ModelEffect>)> = close
             .filter_map(|(rival, _)| {
                 let terms = vec![rival.clone()];
@@ -222,24 +226,44 @@ impl<'a> Confirmation<'a> {
                 Some((terms, self.start(&h).1))
             })
             .collect();
-        tries.extend(other_friction(&self.added(&best)[0]));
-        let fitted: Vec<_> = tries
-            .into_par_iter()
-            .map(|(terms, effects)| (terms, self.fit_like(&effects, &best)))
-            .collect();
+        tries.extend(other_friction(&self.added(&fit)[0]));
         let size = |f: &ShootingFit| {
             self.added(f).iter().map(|e| e.parameters.len()).sum::<usize>() as f64
         };
-        let price = 0.5 * (best.count as f64).ln();
+        let price = 0.5 * (fit.count as f64).ln();
         // What the data cannot tell apart is written with the simpler laws.
         let simpler = |f: &ShootingFit| if self.added(f).len() > 1 { SIMPLER } else { 0.0 };
-        let lead = |f: &ShootingFit| nats(&best, f) - price * (size(f) - size(&best)) + simpler(f);
-        let winner = fitted
-            .into_iter()
-            .filter(|(_, f)| lead(f) > 0.0)
-            .max_by(|(_, a), (_, b)| lead(a).total_cmp(&lead(b)));
-        winner.unwrap_or_else(|| (vec![first.clone()], best))
+        let lead = |f: &ShootingFit| nats(&fit, f) - price * (size(f) - size(&fit)) + simpler(f);
+        let mut fitted: Vec<(f64, Vec<Term>, ShootingFit)> = tries
+            .into_par_iter()
+            .map(|(terms, effects)| {
+                let alike = self.fit_like(&effects, &fit);
+                (lead(&alike), terms, alike)
+            })
+            .collect();
+        let others = rivals
+            .iter()
+            .filter(|(r, _)| !fitted.iter().any(|(_, terms, _)| terms[0].candidate == r.candidate));
+        let mut behind: Vec<(Term, f64)> = others.cloned().collect();
+        fitted.push((0.0, vec![first.clone()], fit));
+        fitted.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let (best, terms, fit) = fitted.remove(0);
+        // A class is named once, at its best.
+        for (lead, other, _) in fitted {
+            let named = behind.iter().map(|(t, _)| t).chain(&terms);
+            if !named.map(|t| t.candidate).any(|c| c == other[0].candidate) {
+                behind.push((other[0].clone(), best - lead));
+            }
+        }
+        Named { terms, fit, rivals: behind }
     }
+}
+
+/// An effect as it is named, with its fit and the nats that others lie behind.
+struct Named {
+    terms: Vec<Term>,
+    fit: ShootingFit,
+    rivals: Vec<(Term, f64)>,
 }
 
 /// A dry friction written with the other laws of dry friction, their parameters taken over

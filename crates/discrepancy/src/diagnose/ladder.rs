@@ -9,6 +9,7 @@ use crate::diagnosis::{
     Alternative, Calibration, ChannelFit, ChannelMismatch, Curve, DataUsed, Diagnosis, Estimate,
     Finding, Fit, Location, Rung, SCHEMA, Verdict,
 };
+use crate::evidence::Normal;
 use crate::prediction::{DEFAULT_WARMUP, Prediction, Predictor};
 use crate::screen::{Over, Screen, Screening};
 use crate::shooting::ShootingFit;
@@ -23,6 +24,9 @@ use std::collections::BTreeMap;
 const EXPLAINED: f64 = 1.5;
 /// Windows of the prediction error: the recording's length over this.
 const WINDOWS: f64 = 12.0;
+
+/// Odds that no class of the catalogue is the right one, however far all rivals lie behind.
+const NONE_OF_THESE: f64 = 1e-3;
 
 /// All that the diagnosis is made of.
 pub(super) struct Ladder<'a> {
@@ -143,7 +147,7 @@ impl Ladder<'_> {
             .collect();
         let rivals = self.confirmed.rivals.get(k).map_or(&[][..], Vec::as_slice);
         let weights: Vec<f64> = rivals.iter().map(|(_, behind)| (-behind).exp()).collect();
-        let total = 1.0 + weights.iter().sum::<f64>();
+        let total = 1.0 + weights.iter().sum::<f64>() + NONE_OF_THESE;
         let mut alternatives: Vec<Alternative> = rivals
             .iter()
             .zip(&weights)
@@ -252,7 +256,7 @@ impl Ladder<'_> {
         let mut others = self.confirmed.terms.clone();
         others.remove(k);
         let tau = &self.screening.chosen.tau;
-        let learned = self.screen.learn(&others, tau, e.channel, over)?;
+        let learned = self.screen.learn(&others, tau, self.known(k), e.channel, over)?;
         let internal = law.internal(&e.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
         let mut basis = vec![0.0; law.amplitudes()];
@@ -283,6 +287,28 @@ impl Ladder<'_> {
         }))
     }
 
+    /// What is known of the parameters, and of the amplitudes of all findings but one, once
+    /// they are fitted: without it a curve could trade with them and would show their doubt,
+    /// not the force's.
+    fn known(&self, but: usize) -> Vec<Normal> {
+        let chosen = &self.confirmed.chosen;
+        let parameter = |k: usize| Normal {
+            mean: chosen.parameters[k] - self.screen.point[k],
+            sd: chosen.parameter_std[k].max(1e-6 * self.model.parameters[k].std()),
+        };
+        let mut known: Vec<Normal> =
+            self.screen.free_parameters().into_iter().map(parameter).collect();
+        for (_, e) in self.new_effects().iter().enumerate().filter(|(k, _)| *k != but) {
+            let Law::Force(law) = e.effect.law else { continue };
+            let internal = law.internal(&e.parameters);
+            known.extend((0..law.amplitudes()).map(|j| {
+                let std = e.std[j].unwrap_or(0.0);
+                Normal { mean: internal[j], sd: std.max(1e-6 * internal[j].abs()).max(1e-300) }
+            }));
+        }
+        known
+    }
+
     /// Evidence for a missing force on each channel, shown by free curves over its velocity
     /// or coordinate, whatever its name.
     fn location(&self, findings: &[Finding]) -> Result<Location, DiagnoseError> {
@@ -290,8 +316,10 @@ impl Ladder<'_> {
         let tau = &self.screening.calibrated.tau;
         for c in 0..self.model.channels() {
             let name = self.model.channel_name(c).to_owned();
-            let learned =
-                [Over::Coordinate, Over::Velocity].map(|over| self.screen.learn(&[], tau, c, over));
+            let learned = [Over::Coordinate, Over::Velocity].map(|over| {
+                let known = self.screen.parameter_priors();
+                self.screen.learn(&[], tau, known, c, over)
+            });
             let mut best: Option<(f64, f64)> = None;
             for curve in learned {
                 let curve = curve?;

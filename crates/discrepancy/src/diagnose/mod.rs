@@ -69,6 +69,9 @@ pub fn diagnose(
     if let Some(&state) = hidden.first() {
         return Err(DiagnoseError::Unmeasured { channel: model.state_name(state).to_owned() });
     }
+    if let Some(output) = training.constant_output() {
+        return Err(DiagnoseError::Constant { channel: output.name.clone() });
+    }
     progress("smoothing the recordings");
     let weak = WeakForm::new(model, training)?;
     let screen = Screen::new(&weak, model.values());

@@ -21,7 +21,10 @@ impl Screen<'_> {
         };
         let Law::Force(_) = added.candidate.effect.law else { return Ok(true) };
         for over in [Over::Coordinate, Over::Velocity] {
-            let curve = self.learn(&chosen.terms, &chosen.tau, added.candidate.channel, over)?;
+            let curve = {
+                let (priors, channel) = (self.parameter_priors(), added.candidate.channel);
+                self.learn(&chosen.terms, &chosen.tau, priors, channel, over)?
+            };
             if curve.gain > gain {
                 return Ok(false);
             }

@@ -52,7 +52,8 @@ fn central_range(values: &[f64]) -> (f64, f64) {
 impl Screen<'_> {
     /// What the residual shows of a force on `channel` that depends on one variable alone, in
     /// addition to `terms`: bumps over the variable's range with a Gaussian prior, so that the
-    /// result is a smooth curve with its uncertainty.
+    /// result is a smooth curve with its uncertainty. `known` says what is known beforehand of
+    /// the free parameters and, after them, of the terms' amplitudes.
     ///
     /// # Errors
     /// [`DiagnoseError`] when the weak form breaks down numerically.
@@ -60,6 +61,7 @@ impl Screen<'_> {
         &self,
         terms: &[Term],
         tau: &[f64],
+        known: Vec<Normal>,
         channel: usize,
         over: Over,
     ) -> Result<Learned, DiagnoseError> {
@@ -76,7 +78,9 @@ impl Screen<'_> {
             (-0.5 * z * z).exp()
         };
         let mut system = self.system(terms);
-        let known = system.columns.len();
+        system.priors.splice(..known.len(), known);
+        let base = system.clone();
+        let own = system.columns.len();
         for j in 0..BUMPS {
             let column = self.weak.force_column(&self.point, channel, None, |s| {
                 (0..s.len()).map(|k| bump(j, over.of(s, channel, k).clamp(low, high))).collect()
@@ -88,7 +92,7 @@ impl Screen<'_> {
         let failed = || DiagnoseError::Weak { reason: "the regression is not finite".into() };
         let with = system.whitened(&whitener);
         let fit = with.regress().ok_or_else(failed)?;
-        let without = self.fit(&self.system(terms), tau)?.ok_or_else(failed)?;
+        let without = self.fit(&base, tau)?.ok_or_else(failed)?;
         let colour = self.colour(&with.residual(&fit));
         let at: Vec<f64> = (0..4 * BUMPS)
             .map(|k| low + (high - low) * k as f64 / (4 * BUMPS - 1) as f64)
@@ -96,10 +100,10 @@ impl Screen<'_> {
         let (mut force, mut std) = (vec![], vec![]);
         for &x in &at {
             let b: Vec<f64> = (0..BUMPS).map(|j| bump(j, x)).collect();
-            force.push((0..BUMPS).map(|j| b[j] * fit.coefficients[known + j]).sum());
+            force.push((0..BUMPS).map(|j| b[j] * fit.coefficients[own + j]).sum());
             let variance: f64 = (0..BUMPS)
                 .flat_map(|i| (0..BUMPS).map(move |j| (i, j)))
-                .map(|(i, j)| b[i] * b[j] * fit.covariance[(known + i, known + j)])
+                .map(|(i, j)| b[i] * b[j] * fit.covariance[(own + i, own + j)])
                 .sum();
             std.push((variance * colour).max(0.0).sqrt());
         }

@@ -87,7 +87,9 @@ impl<'w> Screen<'w> {
         Self { weak, point, target, parameters, scale }
     }
 
-    fn parameter_priors(&self) -> Vec<Normal> {
+    /// What the model believes of its free parameters, about the point of the regression.
+    #[must_use]
+    pub fn parameter_priors(&self) -> Vec<Normal> {
         let prior = |&(k, _): &(usize, Column)| {
             let p = &self.weak.model().parameters[k];
             Normal { mean: p.value - self.point[k], sd: p.std() }

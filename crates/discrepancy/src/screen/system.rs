@@ -4,6 +4,7 @@ use crate::evidence::{Evidence, Normal, regress};
 use crate::weak::{Column, Whitener};
 
 /// Target, columns and priors of a regression.
+#[derive(Clone)]
 pub(super) struct System {
     pub target: Column,
     pub columns: Vec<Column>,

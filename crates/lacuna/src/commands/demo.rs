@@ -75,9 +75,8 @@ pub fn run(a: &Arguments) -> Outcome {
 
     println!("\nUnsealed: {}", sealed_in_words(&truth));
     let found = outcome.diagnosis.findings.first();
-    let right = found.is_some_and(|f| {
-        f.class == truth.effect.effect.class && f.channel == truth.effect.channel
-    });
+    let right = found
+        .is_some_and(|f| f.class == truth.effect.effect.class && f.channel == truth.effect.channel);
     println!("{}", if right { "The finding is right." } else { "The finding is wrong." });
     println!("Written: {}", a.out.join("report.html").display());
     Ok(ExitCode::from(u8::from(!right)))

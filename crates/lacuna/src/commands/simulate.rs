@@ -126,9 +126,14 @@ fn channels(
             let sd = (measured.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
             let rmse = prediction.rmse(observed, k);
             // A channel that does not move has no range to be relative to.
-            let nrmse = if sd > 0.0 { rmse / sd } else { f64::from(u8::from(rmse > 0.0)) };
-            let error =
-                ChannelError { unit: output.unit.clone(), rmse, nrmse, fit_percent: 100.0 * (1.0 - nrmse) };
+            let moves = sd > 1e-12 * mean.abs();
+            let nrmse = if moves { rmse / sd } else { f64::from(u8::from(rmse > 0.0)) };
+            let error = ChannelError {
+                unit: output.unit.clone(),
+                rmse,
+                nrmse,
+                fit_percent: 100.0 * (1.0 - nrmse),
+            };
             (output.name.clone(), error)
         })
         .collect()
