@@ -129,7 +129,11 @@ impl Ladder<'_> {
 
     fn findings(&self) -> Result<Vec<Finding>, DiagnoseError> {
         let effects = self.new_effects();
-        (0..effects.len()).map(|k| self.finding(k, &effects[k])).collect()
+        let mut findings = (0..effects.len())
+            .map(|k| self.finding(k, &effects[k]))
+            .collect::<Result<Vec<_>, _>>()?;
+        findings.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        Ok(findings)
     }
 
     fn finding(&self, k: usize, e: &ModelEffect) -> Result<Finding, DiagnoseError> {
