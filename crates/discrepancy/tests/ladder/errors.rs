@@ -61,6 +61,32 @@ fn no_recording_is_an_error() {
 }
 
 #[test]
+fn a_stuck_sensor_is_refused_by_name() {
+    let mut all = recordings();
+    for r in &mut all {
+        r.columns.iter_mut().filter(|c| c.name == "x2").for_each(|c| c.values.fill(0.37));
+    }
+    let model = ON_TWO_MASS.model();
+    let (training, held_out) = split(&Dataset::new(&model, &all).expect("readable"));
+    let error = diagnose(&model, &training, &held_out, &|_| {}).err().expect("x2 is stuck");
+    assert!(matches!(&error, DiagnoseError::Constant { channel } if channel == "x2"), "{error}");
+}
+
+/// One wild time stamp must not make the tool fill in rows up to it.
+#[test]
+fn a_leap_of_time_is_refused_with_its_place() {
+    let mut all = ON_PENDULUM.record(&ON_PENDULUM.model(), 1, 1);
+    let last = all[0].time.len() - 1;
+    all[0].time[last] = 1e12;
+    let error = Dataset::new(&ON_PENDULUM.model(), &all).expect_err("a leap");
+    let expected = last - 1;
+    assert!(
+        matches!(error, DiagnoseError::Leap { after_row, .. } if after_row == expected),
+        "{error}"
+    );
+}
+
+#[test]
 fn units_that_do_not_fit_name_the_column() {
     let text =
         format!("{}\n[[measurement]]\ncolumn = \"q\"\nof = \"q\"\nunit = \"kg\"", ON_PENDULUM.text);
