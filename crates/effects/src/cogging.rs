@@ -1,7 +1,10 @@
 //! Cogging (a force periodic in position): `amplitude sin(wavenumber q + phase)`.
 
 use crate::Dimension;
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::law::{
+    Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable, sine_internal,
+    sine_physical,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "cogging",
@@ -25,15 +28,12 @@ impl ForceLaw for Cogging {
         2
     }
 
-    /// `A sin(x + p) = A cos(p) sin(x) + A sin(p) cos(x)`.
     fn internal(&self, physical: &[f64]) -> Vec<f64> {
-        let [amplitude, rate, phase] = physical else { unreachable!("three parameters") };
-        vec![amplitude * phase.cos(), amplitude * phase.sin(), *rate]
+        sine_internal(physical)
     }
 
     fn physical(&self, internal: &[f64]) -> Vec<f64> {
-        let [sine, cosine, rate] = internal else { unreachable!("three parameters") };
-        vec![sine.hypot(*cosine), *rate, cosine.atan2(*sine)]
+        sine_physical(internal)
     }
 
     fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {

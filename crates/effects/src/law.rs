@@ -227,6 +227,19 @@ pub(crate) fn smooth_sign(v: f64, smoothing_velocity: f64) -> f64 {
     (v / smoothing_velocity).tanh()
 }
 
+/// Amplitude, rate and phase of a sine as a sum that is linear in its amplitudes:
+/// `A sin(x + p) = A cos(p) sin(x) + A sin(p) cos(x)`.
+pub(crate) fn sine_internal(physical: &[f64]) -> Vec<f64> {
+    let [amplitude, rate, phase] = physical else { unreachable!("three parameters") };
+    vec![amplitude * phase.cos(), amplitude * phase.sin(), *rate]
+}
+
+/// The inverse of [`sine_internal`].
+pub(crate) fn sine_physical(internal: &[f64]) -> Vec<f64> {
+    let [sine, cosine, rate] = internal else { unreachable!("three parameters") };
+    vec![sine.hypot(*cosine), *rate, cosine.atan2(*sine)]
+}
+
 /// Default of `smoothing_velocity`: sharp for a machine that moves at about one unit a second.
 pub(crate) const SMOOTHING_VELOCITY: Parameter =
     Parameter::new("smoothing_velocity", Dimension::VELOCITY, Range::Positive).or(1e-3);
