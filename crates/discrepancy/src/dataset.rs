@@ -137,6 +137,20 @@ impl Dataset {
         Self { outputs: self.outputs.clone(), recordings, noise: self.noise.clone() }
     }
 
+    /// Recordings kept for proof, with the outputs and the noise of these.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::OtherOutputs`] where they do not measure the same channels.
+    pub fn for_proof(&self, held_out: Self) -> Result<Self, DiagnoseError> {
+        let names = |d: &Self| d.outputs.iter().map(|o| o.name.clone()).collect::<Vec<_>>();
+        let (expected, found) = (names(self), names(&held_out));
+        if expected != found {
+            let recording = held_out.recordings[0].name.clone();
+            return Err(DiagnoseError::OtherOutputs { recording, expected, found });
+        }
+        Ok(self.with_recordings(held_out.recordings))
+    }
+
     /// Noise standard deviation that errors are weighed with: never zero, so that a
     /// noise-free simulation does not divide by nothing.
     #[must_use]

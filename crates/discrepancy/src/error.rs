@@ -78,6 +78,20 @@ pub enum DiagnoseError {
         /// Steps between the two.
         missing: usize,
     },
+    /// Held-out recordings measure other channels than those that are fitted.
+    #[error(
+        "{recording}: the held-out recordings measure {}, the others {}; give both the same columns",
+        found.join(", "),
+        expected.join(", ")
+    )]
+    OtherOutputs {
+        /// The first held-out recording.
+        recording: String,
+        /// Channels of the recordings that are fitted.
+        expected: Vec<String>,
+        /// Its channels.
+        found: Vec<String>,
+    },
     /// A measured channel never changes.
     #[error(
         "the column for '{channel}' has one value in all recordings: a sensor that is stuck, or \

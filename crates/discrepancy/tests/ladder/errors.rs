@@ -55,6 +55,17 @@ fn too_few_samples_are_counted() {
 }
 
 #[test]
+fn held_out_recordings_must_measure_the_same() {
+    let model = ON_TWO_MASS.model();
+    let all = Dataset::new(&model, &recordings()).expect("readable");
+    let held_out = Dataset::new(&model, &without("x2")).expect("readable");
+    let error = all.for_proof(held_out).expect_err("x2 is not held out");
+    let said = error.to_string();
+    assert!(matches!(error, DiagnoseError::OtherOutputs { .. }), "{said}");
+    assert!(said.contains("measure x1, the others x1, x2"), "{said}");
+}
+
+#[test]
 fn no_recording_is_an_error() {
     let error = Dataset::new(&ON_PENDULUM.model(), &[]).expect_err("none given");
     assert!(matches!(error, DiagnoseError::NoRecordings), "{error}");

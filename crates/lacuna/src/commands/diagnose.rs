@@ -75,8 +75,7 @@ fn datasets(
     if held_out.is_empty() {
         return Ok(diagnose::split(&all));
     }
-    let held = Dataset::read(model, held_out)?;
-    let held = all.with_recordings(held.recordings);
+    let held = all.for_proof(Dataset::read(model, held_out)?)?;
     Ok((all, held))
 }
 
