@@ -58,7 +58,7 @@ impl Observed {
             times: self.times[range.clone()].to_vec(),
             commands: self.commands[range.start * m..range.end * m].to_vec(),
             outputs: self.outputs.iter().map(|y| y[range.clone()].to_vec()).collect(),
-            dropped: 0,
+            dropped: range.filter(|&k| self.outputs.iter().all(|y| y[k].is_nan())).count(),
         }
     }
 }
@@ -220,13 +220,12 @@ fn columns(model: &Model, recording: &Recording) -> Result<Vec<Used>, DiagnoseEr
         unit,
         column_unit: String::new(),
     };
-    let has = |name: &str| recording.columns.iter().any(|c| c.name == name);
-    if !used.iter().any(|u| !matches!(u.of, Measured::Input(_))) {
-        for i in 0..model.machine_states() {
-            let name = model.state_name(i);
-            if has(name) {
-                used.push(plain(name, Measured::State(i), model.state_unit(i)));
-            }
+    // A column with the name of a channel is that channel, unless it or the column is spoken for.
+    for i in 0..model.machine_states() {
+        let name = model.state_name(i);
+        let taken = used.iter().any(|u| u.of == Measured::State(i) || u.column == name);
+        if !taken && recording.columns.iter().any(|c| c.name == name) {
+            used.push(plain(name, Measured::State(i), model.state_unit(i)));
         }
     }
     for (j, input) in model.inputs.iter().enumerate() {

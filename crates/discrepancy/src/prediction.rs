@@ -42,11 +42,11 @@ pub struct Prediction {
 
 impl Prediction {
     /// Root mean square of measured minus predicted, over samples that were measured.
-    /// Infinite where the model diverged.
+    /// Infinite where the model diverged, not a number where nothing was measured.
     #[must_use]
     pub fn rmse(&self, observed: &Observed, output: usize) -> f64 {
         let (sum, count) = self.squares(observed, output);
-        (sum / count.max(1) as f64).sqrt()
+        (sum / count as f64).sqrt()
     }
 
     /// Sum of squares of measured minus predicted, and the number of samples.
@@ -332,7 +332,17 @@ pub fn windows(times: &[f64], horizon: f64) -> Vec<Range<usize>> {
         let t = times[0] + span * k as f64 / count as f64;
         times.partition_point(|&s| s < t - 1e-9 * span)
     };
-    (0..count).map(|k| edge(k)..edge(k + 1)).filter(|r| r.len() >= 2).collect()
+    // On uneven sampling a window may hold too little to run through: it joins its neighbour.
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for end in (1..=count).map(edge) {
+        let start = out.last().map_or(0, |r| r.end);
+        match out.last_mut() {
+            Some(last) if end - start < 2 => last.end = end,
+            _ if end - start < 2 => {}
+            _ => out.push(start..end),
+        }
+    }
+    out
 }
 
 fn damped_step(

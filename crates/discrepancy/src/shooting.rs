@@ -110,6 +110,7 @@ impl<'a> Shooting<'a> {
         let mut effects = model.effects.clone();
         effects.extend(new);
         for (e, effect) in effects.iter().enumerate().skip(own) {
+            let largest = effect.parameters.iter().fold(0.0f64, |m, v| m.max(v.abs()));
             for (j, p) in effect.effect.parameters.iter().enumerate() {
                 let value = effect.parameters[j];
                 // A side is a sign, not a magnitude.
@@ -121,7 +122,9 @@ impl<'a> Shooting<'a> {
                     (1e-3, (value.ln() - ROOM, value.ln() + ROOM))
                 } else {
                     let low = if p.range == Values::NonNegative { 0.0 } else { f64::NEG_INFINITY };
-                    (1e-5 * value.abs().max(1e-9), (low, f64::INFINITY))
+                    // A value that begins at 0 still needs a step that is seen.
+                    let size = value.abs().max(1e-3 * largest).max(1e-3);
+                    (1e-5 * size, (low, f64::INFINITY))
                 };
                 let prior = if logarithmic { (value.ln(), 1.0) } else { (value, f64::INFINITY) };
                 free.push(Free { what: What::Effect(e, j), logarithmic, prior, step, bounds });
@@ -560,15 +563,16 @@ impl<'a, 'b> Run<'a, 'b> {
         let (parameters, mut effects) = self.shooting.unpack(&self.theta, &self.parameters);
         let mut parameter_std = vec![0.0; parameters.len()];
         for (j, f) in self.shooting.free.iter().enumerate() {
-            let mut std = (variance(j) * inflation).max(0.0).sqrt();
-            if f.logarithmic {
-                std *= self.theta[j].exp();
-            }
+            let variance = variance(j) * inflation;
+            let known = variance.is_finite() && variance > 0.0;
+            let scale = if f.logarithmic { self.theta[j].exp() } else { 1.0 };
+            let std = known.then(|| variance.sqrt() * scale);
             match f.what {
                 What::Parameter(k) => {
-                    parameter_std[k] = std.min(self.shooting.model.parameters[k].std());
+                    let prior = self.shooting.model.parameters[k].std();
+                    parameter_std[k] = std.map_or(prior, |s| s.min(prior));
                 }
-                What::Effect(e, j) => effects[e].std[j] = Some(std),
+                What::Effect(e, j) => effects[e].std[j] = std,
             }
         }
         let windows = self.windows.clone();

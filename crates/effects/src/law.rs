@@ -140,7 +140,7 @@ pub struct Scales {
     pub v: f64,
     /// Standard deviation and largest absolute value of the input.
     pub input: (f64, f64),
-    /// Median sample step (s).
+    /// Mean sample step (s).
     pub step: f64,
     /// Begin and end of the recordings' time (s).
     pub time: (f64, f64),

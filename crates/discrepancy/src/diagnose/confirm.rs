@@ -138,7 +138,7 @@ impl<'a> Confirmation<'a> {
             current = next;
         }
         let horizon = current.horizon;
-        let current = self.polish(self.simplify(current, &mut terms));
+        let current = self.polish(self.simplify(current, &mut terms, &mut rivals));
         let better = |a: ShootingFit, b: ShootingFit| if a.chi2 <= b.chi2 { a } else { b };
         let calibrated = if terms.is_empty() {
             current.clone()
@@ -155,7 +155,12 @@ impl<'a> Confirmation<'a> {
 
     /// Friction that needs neither its asymmetry nor its peak any more, once further effects
     /// stand beside it, is written as plain dry friction.
-    fn simplify(&self, mut fit: ShootingFit, terms: &mut [Term]) -> ShootingFit {
+    fn simplify(
+        &self,
+        mut fit: ShootingFit,
+        terms: &mut [Term],
+        rivals: &mut [Vec<(Term, f64)>],
+    ) -> ShootingFit {
         let price = 0.5 * (fit.count as f64).ln();
         for k in 0..terms.len() {
             let effects = self.added(&fit);
@@ -168,8 +173,11 @@ impl<'a> Confirmation<'a> {
             let mut simpler = effects.to_vec();
             simpler[k] = plain[0].clone();
             let without = self.fit_like(&simpler, &fit);
-            if nats(&fit, &without) + price * saved > 0.0 {
-                terms[k] = term(&simpler[k]);
+            let lead = nats(&fit, &without) + price * saved;
+            if lead > 0.0 {
+                let other = std::mem::replace(&mut terms[k], term(&simpler[k]));
+                rivals[k].retain(|(t, _)| t.candidate != terms[k].candidate);
+                rivals[k].push((other, lead));
                 fit = without;
             }
         }
@@ -248,8 +256,8 @@ impl<'a> Confirmation<'a> {
         fitted.push((0.0, vec![first.clone()], fit));
         fitted.sort_by(|a, b| b.0.total_cmp(&a.0));
         let (best, terms, fit) = fitted.remove(0);
-        // A class is named once, at its best.
-        for (lead, other, _) in fitted {
+        // A class is named once, at its best; a pair is no class.
+        for (lead, other, _) in fitted.into_iter().filter(|(_, terms, _)| terms.len() == 1) {
             let named = behind.iter().map(|(t, _)| t).chain(&terms);
             if !named.map(|t| t.candidate).any(|c| c == other[0].candidate) {
                 behind.push((other[0].clone(), best - lead));

@@ -52,7 +52,7 @@ impl Ladder<'_> {
         let mut notes = Vec::new();
         if verdict == Verdict::Unexplained {
             notes.push(
-                "No effect of the catalogue explains what is left; the learned forces show where it acts."
+                "No effect of the catalogue explains what is left; the location tells in which channel."
                     .to_owned(),
             );
         }
@@ -145,7 +145,8 @@ impl Ladder<'_> {
             .zip(&new.parameters)
             .filter(|(p, _)| p.name != "side")
             .map(|(p, (value, std, unit))| {
-                let std = std.unwrap_or(0.0);
+                // What the data do not determine is uncertain by all of its value.
+                let std = std.unwrap_or(value.abs());
                 (p.name.to_owned(), Estimate { value: *value, std, unit: unit.clone() })
             })
             .collect();
@@ -389,8 +390,7 @@ impl Ladder<'_> {
                 .par_iter()
                 .map(|o| {
                     let windows = (before.windowed(o, horizon), after.windowed(o, horizon));
-                    let free =
-                        (before.free_run(o, DEFAULT_WARMUP), after.free_run(o, DEFAULT_WARMUP));
+                    let free = (before.free_run(o, warmup(o)), after.free_run(o, warmup(o)));
                     (windows, free)
                 })
                 .collect();
@@ -423,6 +423,11 @@ impl Ladder<'_> {
     }
 }
 
+/// Samples that estimate the initial state: of a short recording at most a quarter.
+fn warmup(observed: &Observed) -> usize {
+    DEFAULT_WARMUP.min(observed.len() / 4)
+}
+
 type Runs = ((Prediction, Prediction), (Prediction, Prediction));
 
 fn channel_fits(data: &Dataset, runs: &[Runs], horizon: f64) -> BTreeMap<String, ChannelFit> {
@@ -440,6 +445,8 @@ fn channel_fits(data: &Dataset, runs: &[Runs], horizon: f64) -> BTreeMap<String,
     data.outputs
         .iter()
         .enumerate()
+        // A channel without a sample there proves nothing and is left out.
+        .filter(|(k, _)| data.recordings.iter().any(|o| o.outputs[*k].iter().any(|v| !v.is_nan())))
         .map(|(k, output)| {
             let fit = ChannelFit {
                 unit: output.unit.clone(),

@@ -68,7 +68,7 @@ pub struct Screen<'w> {
     pub point: Vec<f64>,
     target: Column,
     parameters: Vec<(usize, Column)>,
-    /// Force scale of each channel's rows: what amplitudes are expected to explain.
+    /// Root mean square of the residual over all rows: what amplitudes are expected to explain.
     scale: f64,
 }
 

@@ -95,3 +95,18 @@ fn windows_cover_every_sample_once() {
     assert_eq!(windows(&even, 1e4).len(), 1);
     assert_eq!(windows(&even, 1.0).len(), 10);
 }
+
+/// Fine sampling that turns coarse: windows with a single sample join their neighbours.
+#[test]
+fn windows_cover_uneven_sampling_too() {
+    let fine = (0..400).map(|k| 0.001 * f64::from(k));
+    let coarse = (1..120).map(|k| 0.399 + 0.0035 * f64::from(k));
+    let times: Vec<f64> = fine.chain(coarse).collect();
+    for horizon in [0.002, 0.006, 0.05] {
+        let all = windows(&times, horizon);
+        assert!(all.iter().all(|r| r.len() >= 2), "{horizon}");
+        assert_eq!(all[0].start, 0);
+        assert!(all.windows(2).all(|p| p[0].end == p[1].start), "{horizon}");
+        assert_eq!(all[all.len() - 1].end, times.len());
+    }
+}

@@ -66,11 +66,29 @@ pub fn run(a: &Arguments) -> Outcome {
     let model = Model::read(&a.model)?;
     let dataset = Dataset::read(&model, std::slice::from_ref(&a.like))?;
     let observed = &dataset.recordings[0];
+    if a.horizon.is_none() && !(2..observed.len()).contains(&a.warmup) {
+        return Err(format!(
+            "--warmup {}: at least 2 samples estimate the state, and some of the {} of {} must be \
+             left for the error",
+            a.warmup,
+            observed.len(),
+            observed.name
+        )
+        .into());
+    }
     let predictor = Predictor::new(&model, &dataset);
     let (prediction, mode) = match a.horizon {
         Some(horizon) => (predictor.windowed(observed, horizon), "windowed"),
         None => (predictor.free_run(observed, a.warmup), "free_run"),
     };
+    let empty = |k: &usize| prediction.squares(observed, *k).1 == 0;
+    if let Some(k) = (0..dataset.outputs.len()).find(empty) {
+        return Err(format!(
+            "{}: no sample of '{}' is left to compare with",
+            observed.name, dataset.outputs[k].name
+        )
+        .into());
+    }
     if let Some(channel) = diverged(&dataset, observed, &prediction) {
         return Err(format!(
             "{}: the model diverges on {}: channel '{channel}' is no longer finite; \

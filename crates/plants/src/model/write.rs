@@ -40,16 +40,19 @@ pub fn augmented_text(
         place: None,
         message: e.message().to_owned(),
     })?;
-    for (name, new, _) in &augmentation.parameters {
+    for (name, new, std) in &augmentation.parameters {
         if let Some(entry) = document["parameters"].get_mut(name) {
             entry["value"] = value(*new);
+            entry["std"] = value(*std);
         }
     }
     let effects = document.entry("effect").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
-    if let Some(list) = effects.as_array_of_tables_mut() {
-        for effect in &augmentation.effects {
-            list.push(table(effect));
-        }
+    let Some(list) = effects.as_array_of_tables_mut() else {
+        let message = "effects must be written as [[effect]] tables, so that more can be added";
+        return Err(ModelError { file: file.to_owned(), place: None, message: message.to_owned() });
+    };
+    for effect in &augmentation.effects {
+        list.push(table(effect));
     }
     if augmentation.effects.is_empty()
         && document["effect"].as_array_of_tables().is_some_and(ArrayOfTables::is_empty)
