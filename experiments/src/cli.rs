@@ -4,7 +4,10 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use crate::{StudyError, duffing, duffing_montecarlo, manipulator, manipulator_ctc};
+use crate::{
+    StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc,
+    noise_sweep,
+};
 
 /// The studies of Lacuna. Statistics go to DIR/NAME.json, figures to DIR/figures.
 #[derive(Debug, Parser)]
@@ -16,11 +19,23 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Study {
-    /// Duffing oscillator: one trial, and the choice of lambda from 1e-13 to 1e7.
+    /// Duffing oscillator: one trial.
     Duffing {
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Duffing oscillator: the paper's recipe with lambda from 1e-13 to 1e7.
+    LambdaAblation {
         /// Trials over which each lambda is judged.
         #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..))]
         trials: u64,
+        /// Published curves to draw behind ours in the figure, where the file exists.
+        #[arg(
+            long,
+            value_name = "FILE",
+            default_value = "../shared/reference/paper_digitised.json"
+        )]
+        published: PathBuf,
         #[command(flatten)]
         common: Common,
     },
@@ -32,8 +47,20 @@ enum Study {
         #[command(flatten)]
         common: Common,
     },
+    /// Duffing oscillator: errors against the noise on the position, from none to 0.1.
+    NoiseSweep {
+        /// Trials with each noise.
+        #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
+        trials: u64,
+        #[command(flatten)]
+        common: Common,
+    },
     /// Two-link manipulator: relative errors of drift and control effectiveness.
     Manipulator {
+        /// Standard deviation of the noise on all states, rad and rad/s. Results with noise have
+        /// files of their own.
+        #[arg(long, value_name = "SD", default_value_t = 0.0)]
+        noise: f64,
         #[command(flatten)]
         common: Common,
     },
@@ -61,9 +88,13 @@ pub struct Common {
 /// Read the command line, carry out the study and report errors on standard error.
 pub fn run() -> ExitCode {
     let outcome = match Cli::parse().study {
-        Study::Duffing { trials, common } => duffing::run(trials, &common),
+        Study::Duffing { common } => duffing::run(&common),
+        Study::LambdaAblation { trials, published, common } => {
+            lambda_ablation::run(trials, &published, &common)
+        }
         Study::DuffingMontecarlo { trials, common } => duffing_montecarlo::run(trials, &common),
-        Study::Manipulator { common } => manipulator::run(&common),
+        Study::NoiseSweep { trials, common } => noise_sweep::run(trials, &common),
+        Study::Manipulator { noise, common } => manipulator::run(noise, &common),
         Study::ManipulatorCtc { common } => manipulator_ctc::run(&common),
     };
     match outcome {

@@ -5,12 +5,13 @@
 //! inferred from its published curves.
 
 use lacuna_excitation::{Axis, SinusoidRanges, SumOfSinusoids, add_gaussian_noise, grid, rng};
-use lacuna_occupation::{IdentifiedModel, TrajectoryData};
+use lacuna_occupation::TrajectoryData;
 use lacuna_plants::{Duffing, InputFn, rk4};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::StudyError;
+use crate::identified::Evaluate;
 
 /// Half width of the region of initial states and of evaluation.
 const BOUND: f64 = 3.0;
@@ -24,23 +25,26 @@ const STEP: f64 = 0.02;
 const INTEGRATION_STEP: f64 = 0.005;
 /// Sinusoids of an input.
 const TERMS: usize = 3;
-/// Standard deviation of the noise on the position.
-const NOISE: f64 = 0.001;
+/// Standard deviation of the noise on the position in the paper.
+pub const NOISE: f64 = 0.001;
 /// Points at which the errors are evaluated.
 const POINTS: usize = 61;
 
-/// The trajectories of trial number `trial` of the study `seed`: noisy positions, true inputs.
+/// The trajectories of trial number `trial` of the study `seed`: true inputs, and positions with
+/// noise of standard deviation `noise`.
+///
+/// The same trial has the same inputs, and the same noise but for its size, whatever `noise` is.
 ///
 /// # Errors
-/// [`StudyError`] when the plant cannot be simulated.
-pub fn trajectories(seed: u64, trial: u64) -> Result<Vec<TrajectoryData>, StudyError> {
+/// [`StudyError`] when the plant cannot be simulated, or for a negative or infinite `noise`.
+pub fn trajectories(seed: u64, trial: u64, noise: f64) -> Result<Vec<TrajectoryData>, StudyError> {
     let mut rng = rng(seed, trial);
     let axis = Axis { from: -BOUND, to: BOUND, count: STATES_PER_AXIS };
     let states = grid(&[axis, axis])?;
-    states.iter().map(|x0| trajectory(x0, &mut rng)).collect()
+    states.iter().map(|x0| trajectory(x0, noise, &mut rng)).collect()
 }
 
-fn trajectory(x0: &[f64], rng: &mut ChaCha8Rng) -> Result<TrajectoryData, StudyError> {
+fn trajectory(x0: &[f64], noise: f64, rng: &mut ChaCha8Rng) -> Result<TrajectoryData, StudyError> {
     let ranges =
         SinusoidRanges { amplitude: -1.0..=1.0, angular_frequency: 1.0..=3.0, phase: 0.0..=0.0 };
     let input = SumOfSinusoids::random(rng, 1, TERMS, &ranges)?;
@@ -48,7 +52,7 @@ fn trajectory(x0: &[f64], rng: &mut ChaCha8Rng) -> Result<TrajectoryData, StudyE
     let drive = InputFn(|t, u: &mut [f64]| input.value(t, u));
     let path = rk4(&Duffing::default(), x0, &drive, &times, INTEGRATION_STEP)?;
     let mut positions: Vec<f64> = path.states.chunks_exact(2).map(|state| state[0]).collect();
-    add_gaussian_noise(&mut positions, NOISE, rng)?;
+    add_gaussian_noise(&mut positions, noise, rng)?;
     let inputs = input.sample(&times);
     Ok(TrajectoryData::new(times, positions.clone(), inputs, positions)?)
 }
@@ -65,6 +69,8 @@ pub struct Errors {
     pub f: Vec<f64>,
     /// `|g - g^|` at each point.
     pub g: Vec<f64>,
+    /// Standard deviations of f and of g at each point, from recipes that know them.
+    pub deviations: Option<[Vec<f64>; 2]>,
 }
 
 impl Errors {
@@ -72,13 +78,18 @@ impl Errors {
     ///
     /// # Errors
     /// [`StudyError::Evaluation`] for a model of another plant.
-    pub fn of(model: &IdentifiedModel) -> Result<Self, StudyError> {
+    pub fn of(model: &dyn Evaluate) -> Result<Self, StudyError> {
         let plant = Duffing::default();
-        let mut errors = Self { f: Vec::new(), g: Vec::new() };
+        let mut errors = Self { f: Vec::new(), g: Vec::new(), deviations: None };
         for x in evaluation_points() {
             let [f, g] = values(model, x)?;
             errors.f.push((f - plant.f(x)).abs());
             errors.g.push((g - plant.g(x)).abs());
+            if let Some(sd) = model.standard_deviations(&[x])? {
+                let [f, g] = errors.deviations.get_or_insert_default();
+                f.push(sd.f[0]);
+                g.push(sd.g[0]);
+            }
         }
         Ok(errors)
     }
@@ -87,7 +98,14 @@ impl Errors {
     pub fn summary(&self) -> TrialErrors {
         let max = |values: &[f64]| values.iter().copied().fold(f64::NAN, f64::max);
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let covered = |errors: &[f64], deviations: &[f64]| {
+            let within = errors.iter().zip(deviations).filter(|(e, sd)| **e <= 2.0 * **sd).count();
+            within as f64 / errors.len() as f64
+        };
+        let coverage =
+            self.deviations.as_ref().map(|[f, g]| [covered(&self.f, f), covered(&self.g, g)]);
         TrialErrors {
+            coverage,
             max_f: max(&self.f),
             max_g: max(&self.g),
             mean_f: mean(&self.f),
@@ -100,7 +118,7 @@ impl Errors {
 ///
 /// # Errors
 /// [`StudyError::Evaluation`] for a model of another plant.
-pub fn values(model: &IdentifiedModel, x: f64) -> Result<[f64; 2], StudyError> {
+pub fn values(model: &dyn Evaluate, x: f64) -> Result<[f64; 2], StudyError> {
     let (mut f, mut g) = ([0.0], [0.0]);
     model.evaluate(&[x], &mut f, &mut g)?;
     Ok([f[0], g[0]])
@@ -117,6 +135,9 @@ pub struct TrialErrors {
     pub mean_f: f64,
     /// Mean `|g - g^|`.
     pub mean_g: f64,
+    /// Share of the points at which f and g are within two of their standard deviations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<[f64; 2]>,
 }
 
 #[cfg(test)]
@@ -125,7 +146,7 @@ mod tests {
 
     #[test]
     fn a_trial_has_the_papers_layout() {
-        let data = trajectories(1, 0).unwrap();
+        let data = trajectories(1, 0, NOISE).unwrap();
         assert_eq!(data.len(), 169);
         assert!(data.iter().all(|d| d.samples() == 51 && d.input_count() == 1));
         assert!((data[0].times()[50] - 1.0).abs() < 1e-12);
@@ -141,8 +162,21 @@ mod tests {
 
     #[test]
     fn trials_and_seeds_differ_and_repeat() {
-        assert_eq!(trajectories(1, 3).unwrap(), trajectories(1, 3).unwrap());
-        assert_ne!(trajectories(1, 3).unwrap(), trajectories(1, 4).unwrap());
-        assert_ne!(trajectories(1, 3).unwrap(), trajectories(2, 3).unwrap());
+        let draw = |seed, trial| trajectories(seed, trial, NOISE).unwrap();
+        assert_eq!(draw(1, 3), draw(1, 3));
+        assert_ne!(draw(1, 3), draw(1, 4));
+        assert_ne!(draw(1, 3), draw(2, 3));
+    }
+
+    #[test]
+    fn noise_scales_and_nothing_else_changes() {
+        let [none, small, large] =
+            [0.0, 0.01, 0.02].map(|noise| trajectories(1, 3, noise).unwrap());
+        for ((a, b), c) in none.iter().zip(&small).zip(&large) {
+            assert!(a.inputs() == b.inputs() && b.inputs() == c.inputs());
+            let samples = a.coordinates().iter().zip(b.coordinates()).zip(c.coordinates());
+            assert!(samples.map(|((a, b), c)| c - a - 2.0 * (b - a)).all(|e| e.abs() < 1e-12));
+        }
+        assert!(matches!(trajectories(1, 3, -1.0), Err(StudyError::Noise(_))));
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::cli::Common;
-use crate::duffing_data::{Errors, TrialErrors, trajectories};
+use crate::duffing_data::{Errors, NOISE, TrialErrors, trajectories};
 use crate::recipes::with_each;
 use crate::statistics::OverTrials;
 use crate::{StudyError, figures, output, progress};
@@ -37,6 +37,9 @@ pub struct Statistics {
     pub mean_f: OverTrials,
     /// Mean error of the control effectiveness.
     pub mean_g: OverTrials,
+    /// Share of the points at which f and g are within two of their standard deviations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<[OverTrials; 2]>,
 }
 
 impl Statistics {
@@ -50,7 +53,16 @@ impl Statistics {
             max_g: over(|e| e.max_g),
             mean_f: over(|e| e.mean_f),
             mean_g: over(|e| e.mean_g),
+            coverage: Self::coverage(trials),
         }
+    }
+}
+
+impl Statistics {
+    fn coverage(trials: &[TrialErrors]) -> Option<[OverTrials; 2]> {
+        let found: Vec<[f64; 2]> = trials.iter().filter_map(|t| t.coverage).collect();
+        let of = |k: usize| OverTrials::of(&found.iter().map(|c| c[k]).collect::<Vec<_>>());
+        (!found.is_empty()).then(|| [of(0), of(1)])
     }
 }
 
@@ -66,8 +78,8 @@ pub fn trials(
 ) -> Result<BTreeMap<String, Vec<TrialErrors>>, StudyError> {
     let bar = progress::bar(count as usize, "trials", quiet);
     let one = |trial| {
-        let data = trajectories(seed, trial)?;
-        let found = with_each(|recipe| Ok(Errors::of(&recipe.duffing(&data)?)?.summary()));
+        let data = trajectories(seed, trial, NOISE)?;
+        let found = with_each(|recipe| Ok(Errors::of(&*recipe.duffing(&data)?)?.summary()));
         bar.inc(1);
         found
     };
@@ -111,6 +123,9 @@ fn print(results: &Results) {
         ];
         for (name, o) in rows {
             println!("{recipe:<8} {name:<12} {:>9.4} {:>9.4} {:>9.4}", o.mean, o.sd, o.median);
+        }
+        if let Some([f, g]) = s.coverage {
+            println!("{recipe:<8} within two sd: f {:.3}, g {:.3} of the points", f.mean, g.mean);
         }
     }
 }

@@ -2,10 +2,12 @@
 
 use lacuna_control::ControlError;
 use lacuna_excitation::{InitialStateError, NoiseError, SinusoidError};
-use lacuna_occupation::{EvaluationError, FitError, TrajectoryError};
+use lacuna_occupation::{EvaluationError, TrajectoryError};
 use lacuna_plants::SimulationError;
 use std::path::PathBuf;
 use thiserror::Error;
+
+use crate::recipes::IdentificationError;
 
 /// Failures of the studies.
 #[derive(Debug, Error)]
@@ -25,9 +27,9 @@ pub enum StudyError {
     /// The samples make no trajectory.
     #[error(transparent)]
     Trajectory(#[from] TrajectoryError),
-    /// The regression failed.
+    /// A recipe made no model of the data.
     #[error(transparent)]
-    Regression(#[from] FitError),
+    Identification(#[from] IdentificationError),
     /// The identified model does not have the arguments and coordinates of the plant.
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
@@ -39,6 +41,22 @@ pub enum StudyError {
     Figure {
         /// What the plotting library says.
         reason: String,
+    },
+    /// A file could not be read.
+    #[error("cannot read {path}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file of published curves does not hold what is looked for.
+    #[error("{path} holds no published curve of the choice of lambda")]
+    Published {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
     },
     /// A result has no JSON form.
     #[error("cannot write {path} as JSON")]

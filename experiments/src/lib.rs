@@ -8,13 +8,15 @@
 //!
 //! | study | module | what it measures |
 //! | --- | --- | --- |
-//! | one Duffing trial, choice of lambda | [`duffing`] | errors of f and g on 61 points |
+//! | one Duffing trial | [`duffing`] | errors of f and g on 61 points |
 //! | Duffing Monte-Carlo | [`duffing_montecarlo`] | the same over trials |
+//! | choice of lambda | [`lambda_ablation`] | the same for the paper's recipe with other lambdas |
+//! | Duffing with more noise | [`noise_sweep`] | the same against the noise |
 //! | manipulator | [`manipulator`] | relative errors of f, g1, g2 on 100 points |
 //! | manipulator under computed torque | [`manipulator_ctc`] | joint angles after 5 s and 10 s |
 //!
 //! Each study draws its data ([`duffing_data`], [`manipulator_data`]), identifies a model by each
-//! of the [`recipes`], and writes statistics to `results/NAME.json` and figures to
+//! of the [`recipes`] (the paper's, and [`sindy`] in two forms), and writes statistics to `results/NAME.json` and figures to
 //! `results/figures`. Everything follows from one seed, whatever the number of threads. Run them
 //! with `cargo run -p experiments -- NAME`.
 
@@ -24,12 +26,17 @@ pub mod duffing_data;
 pub mod duffing_montecarlo;
 pub mod error;
 pub mod figures;
+pub mod identified;
+pub mod lambda_ablation;
 pub mod manipulator;
 pub mod manipulator_ctc;
 pub mod manipulator_data;
+pub mod noise_sweep;
 pub mod output;
 pub mod progress;
+pub mod published;
 pub mod recipes;
+pub mod sindy;
 pub mod statistics;
 
 pub use error::StudyError;

@@ -10,6 +10,8 @@ use crate::{StudyError, figures, output};
 
 /// Name of the study and of its results.
 pub const NAME: &str = "manipulator";
+/// Name of its results on noisy states.
+pub const NOISY: &str = "manipulator-noise";
 
 /// What the study found.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -20,6 +22,8 @@ pub struct Results {
     pub trials: u64,
     /// Seed of all draws.
     pub seed: u64,
+    /// Standard deviation of the noise on all states, rad and rad/s.
+    pub noise: f64,
     /// Errors by recipe.
     pub recipes: BTreeMap<String, Summary>,
 }
@@ -28,22 +32,26 @@ pub struct Results {
 ///
 /// # Errors
 /// [`StudyError`] when simulation or identification fails.
-pub fn errors(seed: u64) -> Result<BTreeMap<String, Errors>, StudyError> {
-    let data = trajectories(seed)?;
-    with_each(|recipe| Errors::of(&recipe.manipulator(&data)?))
+pub fn errors(seed: u64, noise: f64) -> Result<BTreeMap<String, Errors>, StudyError> {
+    let data = trajectories(seed, noise)?;
+    with_each(|recipe| Errors::of(&*recipe.manipulator(&data)?))
 }
 
 /// Carry out the study, write its results and print them.
 ///
 /// # Errors
 /// [`StudyError`] when identification fails or results cannot be written.
-pub fn run(common: &Common) -> Result<(), StudyError> {
-    let errors = errors(common.seed)?;
+pub fn run(noise: f64, common: &Common) -> Result<(), StudyError> {
+    let errors = errors(common.seed, noise)?;
     let recipes = errors.iter().map(|(name, e)| (name.clone(), e.summary())).collect();
-    let results = Results { experiment: NAME.to_owned(), trials: 1, seed: common.seed, recipes };
-    let file = output::write_json(&common.out, NAME, &results)?;
-    let svg = figures::manipulator::errors(&errors)?;
-    output::write_figure(&common.out, "figure_05_manipulator_errors", &svg)?;
+    let (name, figure) = match noise > 0.0 {
+        true => (NOISY, "manipulator_noise_errors"),
+        false => (NAME, "figure_05_manipulator_errors"),
+    };
+    let experiment = NAME.to_owned();
+    let results = Results { experiment, trials: 1, seed: common.seed, noise, recipes };
+    let file = output::write_json(&common.out, name, &results)?;
+    output::write_figure(&common.out, figure, &figures::manipulator::errors(&errors)?)?;
     if !common.quiet {
         print(&results);
         println!("wrote {}", file.display());

@@ -5,12 +5,12 @@ use lacuna_control::{
     AccelerationModel, ClosedLoop, ComputedTorque, Gains, Origin, PlantAccelerations, Timing,
     VelocityRows, closed_loop,
 };
-use lacuna_occupation::IdentifiedModel;
 use lacuna_plants::TwoLinkArm;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::cli::Common;
+use crate::identified::Evaluate;
 use crate::manipulator_data::trajectories;
 use crate::recipes::with_each;
 use crate::{StudyError, figures, output};
@@ -81,7 +81,7 @@ pub fn regulate_true() -> Result<ClosedLoop, StudyError> {
 ///
 /// # Errors
 /// [`StudyError::Control`] when the loop cannot be simulated.
-pub fn regulate_identified(model: &IdentifiedModel) -> Result<ClosedLoop, StudyError> {
+pub fn regulate_identified(model: &dyn Evaluate) -> Result<ClosedLoop, StudyError> {
     regulate(&VelocityRows::new(2, 2, |x: &[f64], f: &mut [f64], g: &mut [f64]| {
         if model.evaluate(x, f, g).is_err() {
             // The control law reports a model that is not finite.
@@ -103,8 +103,8 @@ fn regulate(model: &dyn AccelerationModel) -> Result<ClosedLoop, StudyError> {
 /// # Errors
 /// [`StudyError`] when simulation or identification fails.
 pub fn runs(seed: u64) -> Result<(ClosedLoop, BTreeMap<String, ClosedLoop>), StudyError> {
-    let data = trajectories(seed)?;
-    let identified = with_each(|recipe| regulate_identified(&recipe.manipulator(&data)?))?;
+    let data = trajectories(seed, 0.0)?;
+    let identified = with_each(|recipe| regulate_identified(&*recipe.manipulator(&data)?))?;
     Ok((regulate_true()?, identified))
 }
 

@@ -5,14 +5,15 @@
 //! noise, the kernel's width and the range of the inputs are inferred from its published
 //! curves. For the amplitudes the curves of g allow anything from 1 to 2; the middle is taken.
 
-use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, halton_cube, rng};
-use lacuna_occupation::{IdentifiedModel, TrajectoryData};
+use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, halton_cube, rng};
+use lacuna_occupation::TrajectoryData;
 use lacuna_plants::{InputFn, Plant, TwoLinkArm, rk4};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::StudyError;
+use crate::identified::Evaluate;
 use crate::statistics::OverPoints;
 
 /// Number of trajectories.
@@ -33,17 +34,18 @@ const AMPLITUDE: f64 = 1.5;
 const POINTS: usize = 100;
 const EVALUATION_SIDE: f64 = 4.0;
 
-/// The noise-free trajectories of the study `seed`; trajectory `k` draws from stream `k`.
+/// The trajectories of the study `seed`, with noise of standard deviation `noise` (rad and rad/s)
+/// on all states; trajectory `k` draws from stream `k`, first its input, then its noise.
 ///
 /// # Errors
-/// [`StudyError`] when the plant cannot be simulated.
-pub fn trajectories(seed: u64) -> Result<Vec<TrajectoryData>, StudyError> {
+/// [`StudyError`] when the plant cannot be simulated, or for a negative or infinite `noise`.
+pub fn trajectories(seed: u64, noise: f64) -> Result<Vec<TrajectoryData>, StudyError> {
     let states = halton_cube(TRAJECTORIES, SIDE, &[0.0; 4])?;
-    let one = |(k, x0): (usize, &Vec<f64>)| trajectory(x0, &mut rng(seed, k as u64));
+    let one = |(k, x0): (usize, &Vec<f64>)| trajectory(x0, noise, &mut rng(seed, k as u64));
     states.par_iter().enumerate().map(one).collect()
 }
 
-fn trajectory(x0: &[f64], rng: &mut ChaCha8Rng) -> Result<TrajectoryData, StudyError> {
+fn trajectory(x0: &[f64], noise: f64, rng: &mut ChaCha8Rng) -> Result<TrajectoryData, StudyError> {
     let ranges = SinusoidRanges {
         amplitude: -AMPLITUDE..=AMPLITUDE,
         angular_frequency: 1.0..=3.0,
@@ -52,9 +54,10 @@ fn trajectory(x0: &[f64], rng: &mut ChaCha8Rng) -> Result<TrajectoryData, StudyE
     let input = SumOfSinusoids::random(rng, 2, TERMS, &ranges)?;
     let times: Vec<f64> = (0..SAMPLES).map(|k| STEP * k as f64).collect();
     let drive = InputFn(|t, u: &mut [f64]| input.value(t, u));
-    let path = rk4(&TwoLinkArm::default(), x0, &drive, &times, INTEGRATION_STEP)?;
+    let mut states = rk4(&TwoLinkArm::default(), x0, &drive, &times, INTEGRATION_STEP)?.states;
+    add_gaussian_noise(&mut states, noise, rng)?;
     let inputs = input.sample(&times);
-    Ok(TrajectoryData::new(times, path.states.clone(), inputs, path.states)?)
+    Ok(TrajectoryData::new(times, states.clone(), inputs, states)?)
 }
 
 /// Evaluation points by decreasing distance from the origin.
@@ -88,7 +91,7 @@ impl Errors {
     ///
     /// # Errors
     /// [`StudyError`] when no points can be laid out, or the model is of another plant.
-    pub fn of(model: &IdentifiedModel) -> Result<Self, StudyError> {
+    pub fn of(model: &dyn Evaluate) -> Result<Self, StudyError> {
         let mut errors = Self { f: Vec::new(), g1: Vec::new(), g2: Vec::new() };
         for x in evaluation_points()? {
             let (found, truth) = (identified_columns(model, &x)?, true_columns(&x));
@@ -114,7 +117,7 @@ fn true_columns(x: &[f64]) -> [[f64; 4]; 3] {
     split(f, &g)
 }
 
-fn identified_columns(model: &IdentifiedModel, x: &[f64]) -> Result<[[f64; 4]; 3], StudyError> {
+fn identified_columns(model: &dyn Evaluate, x: &[f64]) -> Result<[[f64; 4]; 3], StudyError> {
     let (mut f, mut g) = ([0.0; 4], [0.0; 8]);
     model.evaluate(x, &mut f, &mut g)?;
     Ok(split(f, &g))
@@ -161,11 +164,24 @@ mod tests {
 
     #[test]
     fn trajectories_start_at_halton_points_and_repeat() {
-        let data = trajectories(5).unwrap();
+        let data = trajectories(5, 0.0).unwrap();
         assert_eq!(data.len(), 1000);
         assert_eq!(data[0].coordinates()[..4], [-3.0; 4]);
         assert!(data.iter().all(|d| d.samples() == 21 && d.inputs()[..2] == [0.0; 2]));
         let threads = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert_eq!(threads.install(|| trajectories(5)).unwrap(), data);
+        assert_eq!(threads.install(|| trajectories(5, 0.0)).unwrap(), data);
+    }
+
+    #[test]
+    fn noise_is_on_all_states_and_leaves_the_inputs() {
+        let (plain, noisy) = (trajectories(5, 0.0).unwrap(), trajectories(5, 0.01).unwrap());
+        let mut squares = [0.0; 4];
+        for (a, b) in plain.iter().zip(&noisy) {
+            assert_eq!(a.inputs(), b.inputs());
+            let differences = a.coordinates().iter().zip(b.coordinates()).map(|(a, b)| b - a);
+            differences.enumerate().for_each(|(k, e)| squares[k % 4] += e * e);
+        }
+        // The standard error of each sum is its mean times sqrt(2 / 21000) = 0.98 %.
+        assert!(squares.iter().all(|s| (s / 21_000.0 / 1e-4 - 1.0).abs() < 0.05), "{squares:?}");
     }
 }

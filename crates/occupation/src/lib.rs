@@ -65,6 +65,7 @@
 
 pub mod functional;
 pub mod gram;
+pub mod identification;
 pub mod identified;
 pub mod kernel;
 mod linear;
@@ -78,7 +79,13 @@ pub mod whitening;
 
 pub use functional::Functional;
 pub use gram::gram_matrix;
-pub use identified::{EvaluationError, IdentifiedModel, ModelFileError, SavedModelError};
+pub use identification::{
+    Arguments, Family, Identification, IdentificationError, Identified, InputPath, Motion,
+};
+pub use identified::{
+    EvaluationError, IdentifiedModel, ModelFileError, Names, SavedModelError, StandardDeviations,
+    Uncertainty,
+};
 pub use kernel::{
     ExponentialDotProduct, Gaussian, Kernel, KernelError, KernelSpec, Matern, Polynomial,
     Smoothness,

@@ -3,7 +3,11 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::cholesky::llt::solve::solve_in_place;
-use faer::{Mat, Par};
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::{Accum, Mat, MatMut, Par};
 
 /// A pivot of the Cholesky factorisation that is not positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,4 +29,60 @@ pub(crate) fn solve_positive_definite(
         .map_err(|LltError::NonPositivePivot { index }| NonPositivePivot { index })?;
     solve_in_place(matrix.as_ref(), right.as_mut(), Par::Seq, stack);
     Ok(())
+}
+
+/// Lower Cholesky factor C of a positive definite matrix B = C C^T.
+#[derive(Debug, Clone)]
+pub(crate) struct Factor {
+    lower: Mat<f64>,
+}
+
+impl Factor {
+    /// Factorises; reads the lower triangle alone.
+    pub fn of(mut matrix: Mat<f64>) -> Result<Self, NonPositivePivot> {
+        let size = matrix.nrows();
+        let mut memory =
+            MemBuffer::new(cholesky_in_place_scratch::<f64>(size, Par::Seq, Default::default()));
+        let stack = MemStack::new(&mut memory);
+        cholesky_in_place(matrix.as_mut(), Default::default(), Par::Seq, stack, Default::default())
+            .map_err(|LltError::NonPositivePivot { index }| NonPositivePivot { index })?;
+        Ok(Self { lower: matrix })
+    }
+
+    /// C^-1 X in place of X.
+    pub fn solve_lower(&self, right: &mut Mat<f64>) {
+        solve_lower_triangular_in_place(self.lower.as_ref(), right.as_mut(), Par::Seq);
+    }
+
+    /// C^-1 x in place of x.
+    pub fn solve_lower_slice(&self, right: &mut [f64]) {
+        let rows = right.len();
+        let column = MatMut::from_column_major_slice_mut(right, rows, 1);
+        solve_lower_triangular_in_place(self.lower.as_ref(), column, Par::Seq);
+    }
+
+    /// C^-T X in place of X.
+    pub fn solve_lower_transposed(&self, right: &mut Mat<f64>) {
+        solve_upper_triangular_in_place(self.lower.transpose(), right.as_mut(), Par::Seq);
+    }
+
+    /// C_ij of the lower triangle.
+    pub fn entry(&self, i: usize, j: usize) -> f64 {
+        self.lower[(i, j)]
+    }
+
+    /// ln det B.
+    pub fn log_determinant(&self) -> f64 {
+        2.0 * (0..self.lower.nrows()).map(|i| self.lower[(i, i)].ln()).sum::<f64>()
+    }
+
+    /// B^-1.
+    pub fn inverse(&self) -> Mat<f64> {
+        let size = self.lower.nrows();
+        let mut root = Mat::identity(size, size);
+        self.solve_lower(&mut root);
+        let mut inverse = Mat::zeros(size, size);
+        matmul(&mut inverse, Accum::Replace, root.transpose(), &root, 1.0, Par::Seq);
+        inverse
+    }
 }

@@ -147,8 +147,9 @@ fn a_saved_model_comes_back_with_the_same_bits() {
         std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
         IdentifiedModel::load(&path).unwrap_err().to_string()
     };
-    assert!(damaged(r#""version":1"#, r#""version":2"#).contains("expected version 1"));
-    assert!(damaged(r#""dimension":1"#, r#""dimension":2"#).contains("coefficients"));
+    assert!(damaged(r#""version":2"#, r#""version":1"#).contains("expected version 2"));
+    assert!(damaged(r#""entries":[[0,0]"#, r#""entries":[[1,0]"#).contains("row 1"));
+    assert!(damaged(r#""weights":["#, r#""weights":[1.5,"#).contains("weights"));
     assert!(
         damaged(r#""arguments":1"#, r#""arguments":0"#).contains("arguments must be at least 1")
     );

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 
 use super::chart::{Axis, Panel, Samples, Series, box_figure, line_figure};
 use crate::StudyError;
-use crate::duffing::Ablation;
 use crate::duffing_data::{Errors, TrialErrors, evaluation_points};
+use crate::lambda_ablation::Ablation;
+use crate::published::LambdaCurves;
 
-/// Identified functions at the evaluation points: `(x, f^)` and `(x, g^)`.
+/// Evaluate functions at the evaluation points: `(x, f^)` and `(x, g^)`.
 pub type Curves = [Vec<(f64, f64)>; 2];
 
 /// Evaluate `[f^, g^]` at the evaluation points.
@@ -25,15 +26,25 @@ pub fn curve(values: impl Fn(f64) -> Result<[f64; 2], StudyError>) -> Result<Cur
     Ok(curves)
 }
 
-/// Mean errors against lambda, the paper's figure 1.
+/// Mean errors against lambda, the paper's figure 1; published ones dashed behind ours.
 ///
 /// # Errors
 /// [`StudyError::Figure`] when it cannot be drawn.
-pub fn ablation(found: &[Ablation]) -> Result<String, StudyError> {
+pub fn ablation(
+    found: &[Ablation],
+    published: Option<&LambdaCurves>,
+) -> Result<String, StudyError> {
     let usable = || found.iter().filter(|a| a.failed_trials == 0);
     let f = usable().map(|a| (a.lambda, a.mean_f.mean)).collect();
     let g = usable().map(|a| (a.lambda, a.mean_g.mean)).collect();
-    let series = vec![Series::dots("drift f", 0, f), Series::dots("control effectiveness g", 1, g)];
+    let behind = published.map(|curves| {
+        [
+            Series::dashed("drift f, published", 0, curves.f.clone()),
+            Series::dashed("control effectiveness g, published", 1, curves.g.clone()),
+        ]
+    });
+    let ours = [Series::dots("drift f", 0, f), Series::dots("control effectiveness g", 1, g)];
+    let series = behind.into_iter().flatten().chain(ours).collect();
     line_figure(&[Panel {
         title: "Duffing: choice of the regularisation",
         x: Axis::log("regularisation \u{3bb}"),
@@ -71,7 +82,7 @@ pub fn errors(recipes: &BTreeMap<&str, Errors>) -> Result<String, StudyError> {
     let at = |values: &[f64]| evaluation_points().into_iter().zip(values.iter().copied()).collect();
     let panel = |title, label, pick: fn(&Errors) -> &[f64]| {
         let curves = recipes.iter().enumerate();
-        let series = curves.map(|(k, (name, e))| Series::line(name, k, at(pick(e)))).collect();
+        let series = curves.map(|(k, (name, e))| Series::line(name, k + 1, at(pick(e)))).collect();
         Panel { title, x: Axis::linear("position x"), y: Axis::linear(label), series }
     };
     line_figure(&[

@@ -14,7 +14,7 @@ pub fn errors(recipes: &BTreeMap<String, Errors>) -> Result<String, StudyError> 
     let at = |values: &[f64]| (1..).map(f64::from).zip(values.iter().copied()).collect();
     let panel = |title, pick: fn(&Errors) -> &[f64]| {
         let curves = recipes.iter().enumerate();
-        let series = curves.map(|(k, (name, e))| Series::dots(name, k, at(pick(e)))).collect();
+        let series = curves.map(|(k, (name, e))| Series::dots(name, k + 1, at(pick(e)))).collect();
         let x = Axis::linear("evaluation point, farthest from the origin first");
         Panel { title, x, y: Axis::linear("relative error"), series }
     };

@@ -3,4 +3,5 @@
 pub mod chart;
 pub mod duffing;
 pub mod manipulator;
+pub mod noise_sweep;
 pub mod regulator;

@@ -65,7 +65,8 @@ fn differences(
             let pairs = angle(run, joint).into_iter().zip(angle(truth, joint));
             let points = pairs.map(|((t, a), (_, b))| (t, 1e3 * (a - b))).collect();
             let label = format!("joint {} ({name})", joint + 1);
-            series.push(Series::line(&label, 2 * k + joint, points));
+            let draw = [Series::line, Series::dashed][joint];
+            series.push(draw(&label, k + 1, points));
         }
     }
     line_figure(&[Panel {

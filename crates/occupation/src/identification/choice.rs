@@ -1,0 +1,445 @@
+//! Kernel family and widths, prior amplitude and noise of one coordinate, by marginal likelihood.
+//!
+//! ```text
+//! f_i ~ GP(0, a_0^2 K_0),   g_ij ~ GP(0, a_j^2 K_j),   lambda_j = sigma^2 / a_j^2
+//! ```
+//!
+//! The weak form is linear in f and g, so log p(y | kernels, a, sigma) is in closed form ([`super::evidence`]). One
+//! block after the other is followed uphill with the others held, first as Gaussian kernels, then in every family; the
+//! family of greatest evidence stays. Log-normal priors, wide on purpose, keep widths of dimensions that do not matter
+//! from running away.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+use serde::{Deserialize, Serialize};
+
+use super::IdentificationError;
+use super::basis::Basis;
+use super::evidence::{Normal, Posterior};
+use super::family::{Family, ScaledKernel};
+use super::optimise::minimise;
+use super::weak::WeakRow;
+use crate::linear::NonPositivePivot;
+
+/// Prior standard deviation of log widths about twice the spread of the arguments.
+const WIDTH_PRIOR: f64 = 1.5;
+/// Prior standard deviation of log amplitudes.
+const AMPLITUDE_PRIOR: f64 = 4.0;
+/// Variance left by the landmarks while kernels are chosen.
+const TOLERANCE: f64 = 1e-10;
+/// Most landmarks of a block while kernels are chosen.
+const MOST_LANDMARKS: usize = 120;
+/// Rounds over the blocks with the families found.
+const ROUNDS: usize = 2;
+/// Width, in spreads, of an argument on which a function does not depend.
+const FLAT: f64 = 1e4;
+/// Nats that a feature must bring: families with fewer are preferred where the data cannot tell.
+const PRICE: f64 = 0.02;
+/// Nats that dependence on another argument must bring ...
+const WORTH: f64 = 10.0;
+/// ... and for each equation, where the misfit is systematic: more than this times the samples' noise.
+const CLEARLY: f64 = 2.0;
+const SYSTEMATIC: f64 = 0.25;
+/// ... and, for any but the first argument, of what the first brought.
+const OF_FIRST: f64 = 0.5;
+/// Nats that another iteration must gain.
+const GAIN: f64 = 0.05;
+/// Iterations on one block.
+const ITERATIONS: usize = 12;
+
+/// The prior of one function f_i or g_ij.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BlockChoice {
+    /// Kernel with its widths.
+    pub kernel: ScaledKernel,
+    /// Prior standard deviation a, in units of f_i or g_ij over those of the kernel.
+    pub amplitude: f64,
+    /// Root mean square of the posterior standard deviation on the data that were used for choosing.
+    pub posterior_sd: f64,
+}
+
+/// What was chosen for one coordinate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RowChoice {
+    /// f_i, g_i1, ..., g_im.
+    pub blocks: Vec<BlockChoice>,
+    /// Standard deviation sigma of the samples' errors.
+    pub noise_sd: f64,
+    /// log p(y) of the windows that were used for choosing, in nats.
+    pub log_evidence: f64,
+}
+
+/// What the search starts from.
+pub(crate) struct Start<'s> {
+    /// Mean and spread of each argument.
+    pub centre: &'s [f64],
+    pub spread: &'s [f64],
+    /// Arguments from which landmarks are taken, rows of d.
+    pub candidates: &'s [f64],
+    /// First guesses of the amplitudes of f_i, g_i1, ... and of the noise.
+    pub amplitudes: Vec<f64>,
+    pub noise_sd: f64,
+    /// Families that may be chosen for f and for g.
+    pub families: &'s [Family],
+    /// Widths that are given, one per argument.
+    pub widths: Option<&'s [f64]>,
+    /// lambda = sigma^2 / a^2 that is given.
+    pub lambda: Option<f64>,
+}
+
+/// Chooses the priors of one coordinate.
+pub(crate) fn choose(
+    row: &WeakRow<'_>,
+    start: &Start<'_>,
+) -> Result<RowChoice, IdentificationError> {
+    let mut search = Search::new(row, start)?;
+    let blocks = start.amplitudes.len();
+    for b in 0..blocks {
+        search.improve(b, search.blocks[b].choice.kernel.family);
+    }
+    for b in 1..blocks {
+        search.widen(b);
+    }
+    for b in 0..blocks {
+        if search.is_constant(b) {
+            continue;
+        }
+        for &family in start.families {
+            if family != search.blocks[b].choice.kernel.family {
+                search.improve(b, family);
+            }
+        }
+    }
+    for _ in 1..ROUNDS {
+        for b in 0..blocks {
+            search.improve(b, search.blocks[b].choice.kernel.family);
+        }
+    }
+    Ok(search.finish())
+}
+
+/// Block b with its design matrices.
+#[derive(Clone)]
+struct Block {
+    choice: BlockChoice,
+    designs: Vec<Mat<f64>>,
+}
+
+/// A block with the noise and evidence that it leads to.
+struct Found {
+    block: Block,
+    noise_sd: f64,
+    log_evidence: f64,
+}
+
+struct Search<'s> {
+    row: &'s WeakRow<'s>,
+    start: &'s Start<'s>,
+    blocks: Vec<Block>,
+    noise_sd: f64,
+    log_evidence: f64,
+    equations: usize,
+}
+
+impl<'s> Search<'s> {
+    fn new(row: &'s WeakRow<'s>, start: &'s Start<'s>) -> Result<Self, IdentificationError> {
+        let mut search = Self {
+            row,
+            start,
+            blocks: Vec::new(),
+            noise_sd: start.noise_sd,
+            log_evidence: f64::NEG_INFINITY,
+            equations: row.right_hand_sides().map(|(r, lost)| r.len() - lost.min(r.len())).sum(),
+        };
+        for (b, &amplitude) in start.amplitudes.iter().enumerate() {
+            let mut kernel = search.first_kernel(start.families[0]);
+            if b > 0 && start.widths.is_none() {
+                kernel.widths = start.spread.iter().map(|spread| FLAT * spread).collect();
+            }
+            let first = BlockChoice { kernel, amplitude, posterior_sd: amplitude };
+            let choice = first;
+            let block = search.block(b, choice);
+            search.blocks.push(block);
+        }
+        search.log_evidence = search.objective(&search.blocks, search.noise_sd);
+        if search.log_evidence.is_finite() {
+            Ok(search)
+        } else {
+            Err(IdentificationError::NoEvidence)
+        }
+    }
+
+    fn first_kernel(&self, family: Family) -> ScaledKernel {
+        let widths = match self.start.widths {
+            Some(given) => given.to_vec(),
+            None => self.start.spread.iter().map(|spread| 2.0 * spread).collect(),
+        };
+        ScaledKernel { family, centre: self.start.centre.to_vec(), widths }
+    }
+
+    fn basis(&self, choice: &BlockChoice) -> Basis {
+        let candidates = self.start.candidates;
+        Basis::choose(choice.kernel.clone(), candidates, TOLERANCE, MOST_LANDMARKS)
+    }
+
+    fn block(&self, b: usize, choice: BlockChoice) -> Block {
+        let basis = self.basis(&choice);
+        Block { designs: self.row.designs(&basis, b), choice }
+    }
+
+    /// Follows block b uphill as `family`; keeps what is better than before.
+    fn improve(&mut self, b: usize, family: Family) {
+        let same = self.blocks[b].choice.kernel.family == family;
+        let from = if same { self.blocks[b].choice.clone() } else { self.other(b, family) };
+        let found = self.follow(b, from);
+        let features = |block: &Block| block.designs[0].ncols() as f64;
+        let price = PRICE * (features(&found.block) - features(&self.blocks[b]));
+        if found.log_evidence > self.log_evidence + price {
+            self.accept(b, found);
+        }
+    }
+
+    fn accept(&mut self, b: usize, found: Found) {
+        self.blocks[b] = found.block;
+        (self.noise_sd, self.log_evidence) = (found.noise_sd, found.log_evidence);
+    }
+
+    /// Lets the function of block b depend on more arguments, one at a time, as long as that is worth it.
+    fn widen(&mut self, b: usize) {
+        let mut first_gain: Option<f64> = None;
+        loop {
+            let choice = &self.blocks[b].choice;
+            let flat: Vec<usize> =
+                (0..self.start.spread.len()).filter(|&i| self.is_flat(choice, i)).collect();
+            let tried = flat.into_iter().map(|i| {
+                let mut from = choice.clone();
+                from.kernel.widths[i] = 2.0 * self.start.spread[i];
+                self.follow(b, from)
+            });
+            let best = tried.max_by(|x, y| x.log_evidence.total_cmp(&y.log_evidence));
+            let Some(found) = best else { break };
+            let gain = found.log_evidence - self.log_evidence;
+            if gain <= self.worth(first_gain) {
+                break;
+            }
+            first_gain.get_or_insert(gain);
+            self.accept(b, found);
+        }
+    }
+
+    /// Nats that another argument must bring: where the misfit is more than the samples' noise it is systematic, and
+    /// any function that is given freedom follows it a little.
+    fn worth(&self, first_gain: Option<f64>) -> f64 {
+        let noise = (CLEARLY * self.start.noise_sd / self.noise_sd).min(1.0);
+        let share = SYSTEMATIC * self.equations as f64;
+        let systematic = share.max(OF_FIRST * first_gain.unwrap_or(0.0));
+        WORTH + (1.0 - noise * noise) * systematic
+    }
+
+    fn is_constant(&self, b: usize) -> bool {
+        (0..self.start.spread.len()).all(|i| self.is_flat(&self.blocks[b].choice, i))
+    }
+
+    fn is_flat(&self, choice: &BlockChoice, i: usize) -> bool {
+        choice.kernel.widths[i] >= FLAT * self.start.spread[i]
+    }
+
+    /// Follows the evidence uphill in the widths that are not flat, the amplitude and the noise.
+    fn follow(&self, b: usize, from: BlockChoice) -> Found {
+        let family = from.kernel.family;
+        let flat: Vec<bool> =
+            (0..self.start.spread.len()).map(|i| self.is_flat(&from, i)).collect();
+        let others = self.others(b);
+        let cost = |theta: &[f64]| -self.penalised(b, family, &flat, &others, theta);
+        let start = self.parameters(&from, self.noise_sd);
+        let found = minimise(start, GAIN, ITERATIONS, cost);
+        let (choice, noise_sd) = self.decode(b, family, &flat, &found.at);
+        Found { block: self.block(b, choice), noise_sd, log_evidence: -found.value }
+    }
+
+    /// The same prior variance in the middle of the data, in another family.
+    fn other(&self, b: usize, family: Family) -> BlockChoice {
+        let old = &self.blocks[b].choice;
+        let mut kernel = ScaledKernel { family, ..old.kernel.clone() };
+        if family.is_radial() != old.kernel.family.is_radial() {
+            let first = self.first_kernel(family);
+            for i in (0..first.widths.len()).filter(|&i| !self.is_flat(old, i)) {
+                kernel.widths[i] = first.widths[i];
+            }
+        }
+        BlockChoice { kernel, ..old.clone() }
+    }
+
+    fn parameters(&self, choice: &BlockChoice, noise_sd: f64) -> Vec<f64> {
+        let mut theta = Vec::new();
+        if self.start.widths.is_none() {
+            let free = (0..self.start.spread.len()).filter(|&i| !self.is_flat(choice, i));
+            theta.extend(free.map(|i| choice.kernel.widths[i].ln()));
+        }
+        if self.start.lambda.is_none() {
+            theta.push(choice.amplitude.ln());
+        }
+        theta.push(noise_sd.ln());
+        theta
+    }
+
+    fn decode(&self, b: usize, family: Family, flat: &[bool], theta: &[f64]) -> (BlockChoice, f64) {
+        let mut kernel = self.first_kernel(family);
+        let noise_sd = theta[theta.len() - 1].exp();
+        if self.start.widths.is_none() {
+            let mut free = theta.iter();
+            for (i, width) in kernel.widths.iter_mut().enumerate() {
+                *width = match free.as_slice() {
+                    _ if flat[i] => FLAT * self.start.spread[i],
+                    _ => free.next().map_or(*width, |t| t.exp()),
+                };
+            }
+        }
+        let amplitude = match self.start.lambda {
+            Some(lambda) => noise_sd / lambda.sqrt(),
+            None => theta[theta.len() - 2].exp(),
+        };
+        kernel.centre.clone_from(&self.blocks[b].choice.kernel.centre);
+        (BlockChoice { kernel, amplitude, posterior_sd: amplitude }, noise_sd)
+    }
+
+    fn penalised(
+        &self,
+        b: usize,
+        family: Family,
+        flat: &[bool],
+        others: &Others,
+        theta: &[f64],
+    ) -> f64 {
+        if theta.iter().any(|t| !t.is_finite() || t.abs() > 60.0) {
+            return f64::NEG_INFINITY;
+        }
+        let (choice, noise_sd) = self.decode(b, family, flat, theta);
+        let block = self.block(b, choice);
+        let prior = |k: usize| if k == b { &block.choice } else { &self.blocks[k].choice };
+        let log_priors: f64 = (0..self.blocks.len()).map(|k| self.log_prior(k, prior(k))).sum();
+        match self.posterior(&block, others, noise_sd) {
+            Ok(posterior) => posterior.log_evidence + log_priors,
+            Err(NonPositivePivot { .. }) => f64::NEG_INFINITY,
+        }
+    }
+
+    fn log_prior(&self, b: usize, choice: &BlockChoice) -> f64 {
+        let widths = choice.kernel.widths.iter().zip(self.start.spread);
+        let widths: f64 = widths
+            .filter(|(w, spread)| **w < FLAT * **spread)
+            .map(|(w, spread)| ((w / (2.0 * spread)).ln() / WIDTH_PRIOR).powi(2))
+            .sum();
+        let amplitude = (choice.amplitude / self.start.amplitudes[b]).ln() / AMPLITUDE_PRIOR;
+        -0.5 * (widths + amplitude * amplitude)
+    }
+
+    /// Inner products of all blocks but b.
+    fn others(&self, b: usize) -> Others {
+        let order: Vec<usize> = (0..self.blocks.len()).filter(|&k| k != b).collect();
+        let prior = order.iter().flat_map(|&k| {
+            let block = &self.blocks[k];
+            std::iter::repeat_n(block.choice.amplitude, block.designs[0].ncols())
+        });
+        let prior: Vec<f64> = prior.collect();
+        let designs = (0..self.blocks[b].designs.len()).map(|w| {
+            let parts: Vec<&Mat<f64>> = order.iter().map(|&k| &self.blocks[k].designs[w]).collect();
+            side_by_side(&parts)
+        });
+        let designs: Vec<Mat<f64>> = designs.collect();
+        let normal = normal(self.row, &designs, prior.len());
+        Others { prior, designs, normal }
+    }
+
+    fn posterior(
+        &self,
+        block: &Block,
+        others: &Others,
+        noise_sd: f64,
+    ) -> Result<Posterior, NonPositivePivot> {
+        let (rank, rest) = (block.designs[0].ncols(), others.prior.len());
+        let own = normal(self.row, &block.designs, rank);
+        let mut cross = Mat::zeros(rest, rank);
+        for (other, own) in others.designs.iter().zip(&block.designs) {
+            matmul(&mut cross, Accum::Add, other.transpose(), own, 1.0, Par::Seq);
+        }
+        // Lower triangle: the block's own columns first.
+        let gram = Mat::from_fn(rank + rest, rank + rest, |i, j| match (i < rank, j < rank) {
+            _ if i < j => 0.0,
+            (true, _) => own.gram[(i, j)],
+            (false, true) => cross[(i - rank, j)],
+            (false, false) => others.normal.gram[(i - rank, j - rank)],
+        });
+        let all = Normal {
+            gram,
+            moment: [own.moment.as_slice(), &others.normal.moment].concat(),
+            square: own.square,
+            equations: own.equations,
+        };
+        let mut prior = vec![block.choice.amplitude; rank];
+        prior.extend_from_slice(&others.prior);
+        all.posterior(&prior, noise_sd)
+    }
+
+    fn objective(&self, blocks: &[Block], noise_sd: f64) -> f64 {
+        let others = self.others(0);
+        let log_priors: f64 =
+            blocks.iter().enumerate().map(|(k, block)| self.log_prior(k, &block.choice)).sum();
+        self.posterior(&blocks[0], &others, noise_sd)
+            .map_or(f64::NEG_INFINITY, |p| p.log_evidence + log_priors)
+    }
+
+    /// phi^T C phi at the landmarks, averaged.
+    fn posterior_sd(&self, b: usize) -> Option<f64> {
+        let block = &self.blocks[b];
+        let posterior = self.posterior(block, &self.others(b), self.noise_sd).ok()?;
+        let inverse = posterior.factor.inverse();
+        let basis = self.basis(&block.choice);
+        let features = basis.features(self.start.candidates);
+        let variance = |k: usize| -> f64 {
+            let pairs = (0..basis.rank()).flat_map(|i| (0..basis.rank()).map(move |j| (i, j)));
+            pairs.map(|(i, j)| features[(k, i)] * inverse[(i, j)] * features[(k, j)]).sum()
+        };
+        let mean = (0..features.nrows()).map(variance).sum::<f64>() / features.nrows() as f64;
+        Some(block.choice.amplitude * mean.sqrt())
+    }
+
+    fn finish(mut self) -> RowChoice {
+        for b in 0..self.blocks.len() {
+            if let Some(sd) = self.posterior_sd(b) {
+                self.blocks[b].choice.posterior_sd = sd;
+            }
+        }
+        RowChoice {
+            blocks: self.blocks.into_iter().map(|block| block.choice).collect(),
+            noise_sd: self.noise_sd,
+            log_evidence: self.log_evidence,
+        }
+    }
+}
+
+struct Others {
+    prior: Vec<f64>,
+    designs: Vec<Mat<f64>>,
+    normal: Normal,
+}
+
+fn normal(row: &WeakRow<'_>, designs: &[Mat<f64>], columns: usize) -> Normal {
+    let mut normal = Normal::new(columns);
+    for (design, (right, lost)) in designs.iter().zip(row.right_hand_sides()) {
+        normal.add(design.as_ref(), right, lost);
+    }
+    normal
+}
+
+pub(crate) fn side_by_side(parts: &[&Mat<f64>]) -> Mat<f64> {
+    let rows = parts.first().map_or(0, |part| part.nrows());
+    let columns = parts.iter().map(|part| part.ncols()).sum();
+    let mut whole = Mat::zeros(rows, columns);
+    let mut first = 0;
+    for part in parts {
+        whole.as_mut().subcols_mut(first, part.ncols()).copy_from(part);
+        first += part.ncols();
+    }
+    whole
+}

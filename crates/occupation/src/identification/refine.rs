@@ -1,0 +1,469 @@
+//! Gauss-Newton on the trajectories: the most probable f and g given every sample.
+//!
+//! ```text
+//! min over c, z_w:  sum_w sum_k |(y_wk - z_wk(c, z_w)) / sigma|^2 + |c / a|^2
+//! ```
+//!
+//! with z_w the model's own trajectory in window w from a free initial state z_w. The linearisation
+//! ([`super::flow`]) is the weak form along these trajectories with the model's adjoint for test function. Initial
+//! states are fitted for each c (variable projection: G. Golub, V. Pereyra, 2003); a step that does not lead
+//! downhill is halved. Noise is estimated from what is left.
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use super::IdentificationError;
+use super::choice::side_by_side;
+use super::evidence::{Normal, Posterior};
+use super::field::Field;
+use super::flow::{Integrator, Run, Setting, Shot};
+use super::motion::Motion;
+use crate::linear::Factor;
+
+/// Most Gauss-Newton steps.
+const MOST_STEPS: usize = 12;
+/// Steps that gain less than this are the last, in units of minus two log posterior.
+const GAIN: f64 = 0.5;
+/// Halvings of a step before the search ends.
+const HALVINGS: usize = 6;
+/// Gauss-Newton steps for an initial state.
+const INITIAL_STEPS: usize = 12;
+/// Windows whose inner products are summed by one thread, in order.
+const GROUP: usize = 16;
+/// Shortest window, in samples.
+const SHORTEST: usize = 8;
+/// A window is halved while its misfit is above this share of the half range.
+const MISFIT: f64 = 0.1;
+
+/// Noise standard deviations of the coordinates, then of their rates where measured.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct OutputNoise(pub Vec<f64>);
+
+/// What the refinement found.
+pub(crate) struct Refined {
+    pub field: Field,
+    pub noise: OutputNoise,
+    pub posterior: Posterior,
+    pub iterations: usize,
+    pub windows: Vec<Shot>,
+    /// Root mean square of what is left, per output, over its noise.
+    pub samples: usize,
+}
+
+/// Sums of squares of what is left, and the number of samples, per output.
+#[derive(Debug, Clone)]
+struct Misfit {
+    squares: Vec<f64>,
+    counts: Vec<usize>,
+}
+
+impl Misfit {
+    fn new(outputs: usize) -> Self {
+        Self { squares: vec![0.0; outputs], counts: vec![0; outputs] }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.squares.iter_mut().zip(&other.squares).for_each(|(a, b)| *a += b);
+        self.counts.iter_mut().zip(&other.counts).for_each(|(a, b)| *a += b);
+    }
+
+    fn chi_square(&self, noise: &OutputNoise) -> f64 {
+        self.squares.iter().zip(&noise.0).map(|(s, sd)| s / (sd * sd)).sum()
+    }
+}
+
+/// The measurements of a window: sample, state, output, value.
+fn measurements(shot: &Shot, states: usize) -> Vec<(usize, usize, f64)> {
+    let motion = &shot.motion;
+    let n = motion.dimension();
+    let mut found = Vec::new();
+    let mut add = |values: &[f64], offset: usize| {
+        for (index, &value) in values.iter().enumerate().filter(|(_, v)| !v.is_nan()) {
+            let (k, i) = (index / n, offset + index % n);
+            if i < states {
+                found.push((k, i, value));
+            }
+        }
+    };
+    add(motion.coordinates(), 0);
+    if let Some(rates) = motion.rates() {
+        add(rates, n);
+    }
+    found
+}
+
+/// Fits the initial state of a window and returns what is left; none where its trajectory is lost.
+fn fit_initial(
+    integrator: &mut Integrator<'_>,
+    shot: &mut Shot,
+    setting: &Setting,
+    noise: &OutputNoise,
+) -> Option<Misfit> {
+    let seen = measurements(shot, setting.states());
+    let mut best = misfit(integrator, shot, setting, noise, &seen)?;
+    for _ in 0..INITIAL_STEPS {
+        let run = integrator.run(shot)?;
+        let step = initial_step(&run, setting, noise, &seen)?;
+        let before = shot.initial.clone();
+        let chi = best.chi_square(noise);
+        let mut length = 1.0;
+        let mut gained = None;
+        for _ in 0..HALVINGS {
+            let moved = before.iter().zip(&step).map(|(z, d)| z + length * d);
+            shot.initial = moved.collect();
+            match misfit(integrator, shot, setting, noise, &seen) {
+                Some(found) if found.chi_square(noise) < chi => {
+                    gained = Some(found);
+                    break;
+                }
+                _ => length *= 0.5,
+            }
+        }
+        let Some(found) = gained else {
+            shot.initial = before;
+            break;
+        };
+        best = found;
+        if chi - best.chi_square(noise) < 1e-6 * chi + 1e-9 {
+            break;
+        }
+    }
+    Some(best)
+}
+
+fn misfit(
+    integrator: &mut Integrator<'_>,
+    shot: &Shot,
+    setting: &Setting,
+    noise: &OutputNoise,
+    seen: &[(usize, usize, f64)],
+) -> Option<Misfit> {
+    let states = integrator.states(shot)?;
+    let mut left = Misfit::new(noise.0.len());
+    for &(k, i, value) in seen {
+        left.squares[i] += (value - states[k * setting.states() + i]).powi(2);
+        left.counts[i] += 1;
+    }
+    Some(left)
+}
+
+/// Least squares in the initial state, with a ridge that is far below any information.
+fn initial_step(
+    run: &Run,
+    setting: &Setting,
+    noise: &OutputNoise,
+    seen: &[(usize, usize, f64)],
+) -> Option<Vec<f64>> {
+    let count = setting.states();
+    let mut gram = Mat::zeros(count, count);
+    let mut moment = Mat::zeros(count, 1);
+    for &(k, i, value) in seen {
+        let row = &run.transitions[(k * count + i) * count..(k * count + i + 1) * count];
+        let weight = noise.0[i].powi(-2);
+        let left = value - run.states[k * count + i];
+        for (a, &p) in row.iter().enumerate() {
+            moment[(a, 0)] += weight * p * left;
+            row.iter().enumerate().for_each(|(b, q)| gram[(a, b)] += weight * p * q);
+        }
+    }
+    for a in 0..count {
+        gram[(a, a)] += 1e-6 / setting.half_range[a].powi(2);
+    }
+    let factor = Factor::of(gram).ok()?;
+    factor.solve_lower(&mut moment);
+    factor.solve_lower_transposed(&mut moment);
+    Some(moment.col_as_slice(0).to_vec())
+}
+
+/// The search: its field, windows and noise.
+pub(crate) struct Refinement {
+    pub field: Field,
+    pub setting: Setting,
+    pub shots: Vec<Shot>,
+    pub noise: OutputNoise,
+}
+
+impl Refinement {
+    /// Splits windows that the field does not follow, and drops those that it loses even when short.
+    fn settle(&mut self) -> Result<Misfit, IdentificationError> {
+        let shots = std::mem::take(&mut self.shots);
+        let settled: Vec<Vec<(Shot, Misfit)>> =
+            shots.into_par_iter().map(|shot| self.settle_one(shot)).collect();
+        let mut total = Misfit::new(self.noise.0.len());
+        for (shot, left) in settled.into_iter().flatten() {
+            total.add(&left);
+            self.shots.push(shot);
+        }
+        if self.shots.is_empty() { Err(IdentificationError::Lost) } else { Ok(total) }
+    }
+
+    fn settle_one(&self, mut shot: Shot) -> Vec<(Shot, Misfit)> {
+        let inputs = shot.motion.input_count();
+        let mut integrator = Integrator::new(&self.field, &self.setting, inputs);
+        let found = fit_initial(&mut integrator, &mut shot, &self.setting, &self.noise);
+        let samples = shot.motion.samples();
+        match found {
+            Some(left) if self.follows(&left) || samples < 2 * SHORTEST => vec![(shot, left)],
+            None if samples < 2 * SHORTEST => Vec::new(),
+            _ => self.halves(&shot).into_iter().flat_map(|half| self.settle_one(half)).collect(),
+        }
+    }
+
+    fn follows(&self, left: &Misfit) -> bool {
+        (0..left.counts.len()).all(|i| {
+            let rms = (left.squares[i] / left.counts[i].max(1) as f64).sqrt();
+            rms <= (MISFIT * self.setting.half_range[i]).max(3.0 * self.noise.0[i])
+        })
+    }
+
+    /// Two halves that share a sample; the second starts from the measured or middle state.
+    fn halves(&self, shot: &Shot) -> [Shot; 2] {
+        let samples = shot.motion.samples();
+        let cut = samples / 2;
+        let first = Shot { motion: shot.motion.part(0, cut + 1), ..shot.clone() };
+        let motion = shot.motion.part(cut, samples - cut);
+        let initial = guess_initial(&motion, &self.setting);
+        [first, Shot { motion, initial, steps: shot.steps }]
+    }
+
+    /// What is left with the present field, each window's initial state fitted; none where any trajectory is lost.
+    fn profile(&self, field: &Field) -> Option<(Vec<Shot>, Misfit)> {
+        let one = |shot: &Shot| {
+            let mut shot = shot.clone();
+            let inputs = shot.motion.input_count();
+            let mut integrator = Integrator::new(field, &self.setting, inputs);
+            let left = fit_initial(&mut integrator, &mut shot, &self.setting, &self.noise)?;
+            Some((shot, left))
+        };
+        let found: Option<Vec<(Shot, Misfit)>> = self.shots.par_iter().map(one).collect();
+        let mut total = Misfit::new(self.noise.0.len());
+        let mut shots = Vec::new();
+        for (shot, left) in found? {
+            total.add(&left);
+            shots.push(shot);
+        }
+        Some((shots, total))
+    }
+
+    fn prior(&self) -> Vec<f64> {
+        let terms = self.field.terms.iter();
+        terms.flat_map(|t| std::iter::repeat_n(t.amplitude, t.basis.rank())).collect()
+    }
+
+    fn cost(&self, field: &Field, left: &Misfit) -> f64 {
+        let prior = self.prior();
+        let coefficients = field.coefficients();
+        let penalty: f64 = coefficients.iter().zip(&prior).map(|(c, a)| (c / a).powi(2)).sum();
+        left.chi_square(&self.noise) + penalty
+    }
+
+    /// The noise's scale from what is left, less what the parameters took. Its ratios stay those of the channels: in a
+    /// model that is not exact, what one output explains badly others would follow for free.
+    fn update_noise(&mut self, left: &Misfit, taken: f64) {
+        let samples: usize = left.counts.iter().sum();
+        let free = (samples as f64 - taken).max(0.1 * samples as f64);
+        let scale = (left.chi_square(&self.noise) / free).sqrt().max(f64::MIN_POSITIVE);
+        self.noise.0.iter_mut().for_each(|sd| *sd *= scale);
+    }
+
+    /// Inner products of all windows, linearised about their trajectories.
+    fn assemble(&self) -> Option<Normal> {
+        let features = self.field.features();
+        let group = |shots: &[Shot]| {
+            let mut normal = Normal::new(features);
+            for shot in shots {
+                self.add_window(shot, &mut normal)?;
+            }
+            Some(normal)
+        };
+        let groups: Option<Vec<Normal>> =
+            self.shots.par_chunks(GROUP.max(self.shots.len() / 32)).map(group).collect();
+        let mut total = Normal::new(features);
+        groups?.iter().for_each(|normal| total.merge(normal));
+        Some(total)
+    }
+
+    fn add_window(&self, shot: &Shot, normal: &mut Normal) -> Option<()> {
+        let count = self.setting.states();
+        let mut integrator = Integrator::new(&self.field, &self.setting, shot.motion.input_count());
+        let (run, kernel_rows) = integrator.run_with_design(shot)?;
+        let seen = measurements(shot, count);
+        let weight = |i: usize| 1.0 / self.noise.0[i];
+        let (initial, spent) = initial_columns(&run, &self.setting, &self.noise, &seen);
+        let mut design = self.design(&seen, &kernel_rows);
+        let coefficients = self.field.coefficients();
+        let mut right: Vec<f64> = seen
+            .iter()
+            .map(|&(k, i, value)| weight(i) * (value - run.states[k * count + i]))
+            .collect();
+        for (c, coefficient) in coefficients.iter().enumerate() {
+            let column = design.col_as_slice(c);
+            right.iter_mut().zip(column).for_each(|(r, d)| *r += d * coefficient);
+        }
+        project_columns(&initial, spent, &mut design);
+        project(&initial, spent, &mut right);
+        normal.add(design.as_ref(), &right, spent);
+        Some(())
+    }
+
+    /// Weighted rows of the measurements, in features.
+    fn design(&self, seen: &[(usize, usize, f64)], kernel_rows: &Mat<f64>) -> Mat<f64> {
+        let count = self.setting.states();
+        let mut first = 0;
+        let mut parts = Vec::new();
+        for term in &self.field.terms {
+            let rank = term.basis.rank();
+            let rows = Mat::from_fn(seen.len(), rank, |r, c| {
+                let (k, i, _) = seen[r];
+                kernel_rows[(first + c, k * count + i)] / self.noise.0[i]
+            });
+            parts.push(term.basis.to_features(rows.as_ref()));
+            first += rank;
+        }
+        side_by_side(&parts.iter().collect::<Vec<_>>())
+    }
+
+    /// Runs the search.
+    ///
+    /// # Errors
+    /// Where the model's trajectories leave the data from every window, or the system cannot be factorised.
+    pub fn run(mut self) -> Result<Refined, IdentificationError> {
+        let mut left = self.settle()?;
+        let spent = self.shots.len() * self.setting.states();
+        self.update_noise(&left, (spent + self.field.features()) as f64);
+        let prior = self.prior();
+        let mut iterations = 0;
+        loop {
+            let normal = self.assemble().ok_or(IdentificationError::Lost)?;
+            let posterior =
+                normal.posterior(&prior, 1.0).map_err(|_| IdentificationError::NoEvidence)?;
+            let before = self.cost(&self.field, &left);
+            let moved = self.line_search(&posterior.coefficients, before);
+            let gain = match moved {
+                Some((field, shots, found)) => {
+                    let gain = before - self.cost(&field, &found);
+                    (self.field, self.shots, left) = (field, shots, found);
+                    gain
+                }
+                None => 0.0,
+            };
+            iterations += 1;
+            let taken = spent as f64 + effective(&posterior, &prior);
+            self.update_noise(&left, taken);
+            if gain < GAIN || iterations == MOST_STEPS {
+                break;
+            }
+        }
+        let normal = self.assemble().ok_or(IdentificationError::Lost)?;
+        let posterior =
+            normal.posterior(&prior, 1.0).map_err(|_| IdentificationError::NoEvidence)?;
+        let samples = left.counts.iter().sum();
+        Ok(Refined {
+            field: self.field,
+            noise: self.noise,
+            posterior,
+            iterations,
+            windows: self.shots,
+            samples,
+        })
+    }
+
+    fn line_search(&self, target: &[f64], before: f64) -> Option<(Field, Vec<Shot>, Misfit)> {
+        let from = self.field.coefficients();
+        let mut length = 1.0;
+        for _ in 0..HALVINGS {
+            let blend: Vec<f64> =
+                from.iter().zip(target).map(|(a, b)| a + length * (b - a)).collect();
+            let mut field = self.field.clone();
+            field.set(&blend);
+            if let Some((shots, left)) = self.profile(&field) {
+                if self.cost(&field, &left) < before {
+                    return Some((field, shots, left));
+                }
+            }
+            length *= 0.5;
+        }
+        None
+    }
+}
+
+/// Weighted columns of the initial state, orthonormal, and how many they are.
+fn initial_columns(
+    run: &Run,
+    setting: &Setting,
+    noise: &OutputNoise,
+    seen: &[(usize, usize, f64)],
+) -> (Mat<f64>, usize) {
+    let count = setting.states();
+    let mut columns = Mat::from_fn(seen.len(), count, |r, a| {
+        let (k, i, _) = seen[r];
+        run.transitions[(k * count + i) * count + a] * setting.half_range[a] / noise.0[i]
+    });
+    let spent = orthonormalise(&mut columns);
+    (columns, spent)
+}
+
+/// Effective number of parameters, P - tr B^-1.
+fn effective(posterior: &Posterior, prior: &[f64]) -> f64 {
+    let inverse = posterior.factor.inverse();
+    prior.len() as f64 - (0..prior.len()).map(|i| inverse[(i, i)]).sum::<f64>()
+}
+
+/// An initial state from the first samples: values, and divided differences for the derivatives.
+pub(crate) fn guess_initial(motion: &Motion, setting: &Setting) -> Vec<f64> {
+    let (n, times) = (motion.dimension(), motion.times());
+    let mut state = setting.middle.clone();
+    for i in 0..n {
+        let values = motion.coordinates().iter().skip(i).step_by(n);
+        let seen: Vec<(f64, f64)> =
+            times.iter().copied().zip(values.copied()).filter(|(_, y)| !y.is_nan()).collect();
+        if let Some(first) = seen.first() {
+            state[i] = first.1;
+        }
+        if setting.order > 1 {
+            let few = &seen[..seen.len().min(4)];
+            if let [first, .., last] = few {
+                state[n + i] = (last.1 - first.1) / (last.0 - first.0);
+            }
+            let rate = motion.rates().map(|r| r[i]).filter(|r| !r.is_nan());
+            state[n + i] = rate.unwrap_or(state[n + i]);
+        }
+    }
+    state
+}
+
+/// Gram-Schmidt, twice; columns without anything of their own are moved out. Returns how many are left.
+fn orthonormalise(columns: &mut Mat<f64>) -> usize {
+    let mut kept = 0;
+    for c in 0..columns.ncols() {
+        let mut column = columns.col_as_slice(c).to_vec();
+        let before = norm(&column);
+        project(columns, kept, &mut column);
+        project(columns, kept, &mut column);
+        let length = norm(&column);
+        if length > 1e-10 * before && length > 0.0 {
+            column.iter_mut().for_each(|v| *v /= length);
+            columns.col_as_slice_mut(kept).copy_from_slice(&column);
+            kept += 1;
+        }
+    }
+    kept
+}
+
+fn project(columns: &Mat<f64>, count: usize, values: &mut [f64]) {
+    for c in 0..count {
+        let column = columns.col_as_slice(c);
+        let share: f64 = column.iter().zip(values.iter()).map(|(c, v)| c * v).sum();
+        values.iter_mut().zip(column).for_each(|(v, c)| *v -= share * c);
+    }
+}
+
+fn project_columns(columns: &Mat<f64>, count: usize, matrix: &mut Mat<f64>) {
+    for c in 0..matrix.ncols() {
+        project(columns, count, matrix.col_as_slice_mut(c));
+    }
+}
+
+fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
