@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::cli::Common;
 use crate::duffing_data::{Errors, NOISE, TrialErrors, trajectories, values};
-use crate::recipes::with_each;
+use crate::recipes::{Recipe, with_each};
 use crate::{StudyError, figures, output};
 
 /// Name of the study and of its results.
@@ -31,7 +31,7 @@ pub struct Results {
 pub fn run(common: &Common) -> Result<(), StudyError> {
     let data = trajectories(common.seed, 0, NOISE)?;
     let (mut curves, mut errors) = (BTreeMap::new(), BTreeMap::new());
-    let recipes = with_each(|recipe| {
+    let recipes = with_each(&Recipe::ALL, |recipe| {
         let model = recipe.duffing(&data)?;
         let found = Errors::of(&*model)?;
         let summary = found.summary();

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use crate::cli::Common;
 use crate::duffing_data::{Errors, NOISE, TrialErrors, trajectories};
-use crate::recipes::with_each;
+use crate::recipes::{Recipe, with_each};
 use crate::statistics::OverTrials;
 use crate::{StudyError, figures, output, progress};
 
@@ -79,7 +79,8 @@ pub fn trials(
     let bar = progress::bar(count as usize, "trials", quiet);
     let one = |trial| {
         let data = trajectories(seed, trial, NOISE)?;
-        let found = with_each(|recipe| Ok(Errors::of(&*recipe.duffing(&data)?)?.summary()));
+        let found =
+            with_each(&Recipe::ALL, |recipe| Ok(Errors::of(&*recipe.duffing(&data)?)?.summary()));
         bar.inc(1);
         found
     };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::cli::Common;
 use crate::manipulator_data::{Errors, Summary, trajectories};
-use crate::recipes::with_each;
+use crate::recipes::{Recipe, with_each};
 use crate::{StudyError, figures, output};
 
 /// Name of the study and of its results.
@@ -32,9 +32,13 @@ pub struct Results {
 ///
 /// # Errors
 /// [`StudyError`] when simulation or identification fails.
-pub fn errors(seed: u64, noise: f64) -> Result<BTreeMap<String, Errors>, StudyError> {
+pub fn errors(
+    recipes: &[Recipe],
+    seed: u64,
+    noise: f64,
+) -> Result<BTreeMap<String, Errors>, StudyError> {
     let data = trajectories(seed, noise)?;
-    with_each(|recipe| Errors::of(&*recipe.manipulator(&data)?))
+    with_each(recipes, |recipe| Errors::of(&*recipe.manipulator(&data)?))
 }
 
 /// Carry out the study, write its results and print them.
@@ -42,7 +46,7 @@ pub fn errors(seed: u64, noise: f64) -> Result<BTreeMap<String, Errors>, StudyEr
 /// # Errors
 /// [`StudyError`] when identification fails or results cannot be written.
 pub fn run(noise: f64, common: &Common) -> Result<(), StudyError> {
-    let errors = errors(common.seed, noise)?;
+    let errors = errors(&Recipe::ALL, common.seed, noise)?;
     let recipes = errors.iter().map(|(name, e)| (name.clone(), e.summary())).collect();
     let (name, figure) = match noise > 0.0 {
         true => (NOISY, "manipulator_noise_errors"),

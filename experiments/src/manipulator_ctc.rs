@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use crate::cli::Common;
 use crate::identified::Evaluate;
 use crate::manipulator_data::trajectories;
-use crate::recipes::with_each;
+use crate::recipes::{Recipe, with_each};
 use crate::{StudyError, figures, output};
 
 /// Name of the study and of its results.
@@ -102,9 +102,13 @@ fn regulate(model: &dyn AccelerationModel) -> Result<ClosedLoop, StudyError> {
 ///
 /// # Errors
 /// [`StudyError`] when simulation or identification fails.
-pub fn runs(seed: u64) -> Result<(ClosedLoop, BTreeMap<String, ClosedLoop>), StudyError> {
+pub fn runs(
+    recipes: &[Recipe],
+    seed: u64,
+) -> Result<(ClosedLoop, BTreeMap<String, ClosedLoop>), StudyError> {
     let data = trajectories(seed, 0.0)?;
-    let identified = with_each(|recipe| regulate_identified(&*recipe.manipulator(&data)?))?;
+    let identified =
+        with_each(recipes, |recipe| regulate_identified(&*recipe.manipulator(&data)?))?;
     Ok((regulate_true()?, identified))
 }
 
@@ -125,7 +129,7 @@ pub fn compare(truth: &ClosedLoop, identified: &ClosedLoop) -> Comparison {
 /// # Errors
 /// [`StudyError`] when identification or control fails or results cannot be written.
 pub fn run(common: &Common) -> Result<(), StudyError> {
-    let (truth, identified) = runs(common.seed)?;
+    let (truth, identified) = runs(&Recipe::ALL, common.seed)?;
     let recipes = identified.iter().map(|(name, r)| (name.clone(), compare(&truth, r))).collect();
     let results = Results { experiment: NAME.to_owned(), trials: 1, seed: common.seed, recipes };
     let file = output::write_json(&common.out, NAME, &results)?;

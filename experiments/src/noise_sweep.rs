@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use crate::cli::Common;
 use crate::duffing_data::{Errors, TrialErrors, trajectories};
 use crate::duffing_montecarlo::Statistics;
-use crate::recipes::with_each;
+use crate::recipes::{Recipe, with_each};
 use crate::{StudyError, figures, output, progress};
 
 /// Name of the study and of its results.
@@ -58,12 +58,17 @@ impl Found {
 ///
 /// # Errors
 /// [`StudyError`] when a trial cannot be simulated. A recipe that fails is counted.
-pub fn levels(trials: u64, seed: u64, quiet: bool) -> Result<Vec<Level>, StudyError> {
+pub fn levels(
+    recipes: &[Recipe],
+    trials: u64,
+    seed: u64,
+    quiet: bool,
+) -> Result<Vec<Level>, StudyError> {
     let jobs: Vec<(f64, u64)> =
         NOISE.iter().flat_map(|&noise| (0..trials).map(move |trial| (noise, trial))).collect();
     let bar = progress::bar(jobs.len(), "trials", quiet);
     let one = |&(noise, trial): &(f64, u64)| {
-        let found = judge(seed, trial, noise);
+        let found = judge(recipes, seed, trial, noise);
         bar.inc(1);
         found
     };
@@ -76,12 +81,13 @@ pub fn levels(trials: u64, seed: u64, quiet: bool) -> Result<Vec<Level>, StudyEr
 
 /// Errors of each recipe on one trial; none where it fails.
 fn judge(
+    recipes: &[Recipe],
     seed: u64,
     trial: u64,
     noise: f64,
 ) -> Result<BTreeMap<String, Option<TrialErrors>>, StudyError> {
     let data = trajectories(seed, trial, noise)?;
-    with_each(|recipe| match recipe.duffing(&data) {
+    with_each(recipes, |recipe| match recipe.duffing(&data) {
         Ok(model) => Ok(Some(Errors::of(&*model)?.summary())),
         Err(_) => Ok(None),
     })
@@ -100,7 +106,7 @@ fn by_recipe(trials: &[BTreeMap<String, Option<TrialErrors>>]) -> BTreeMap<Strin
 /// # Errors
 /// [`StudyError`] when a trial cannot be simulated or results cannot be written.
 pub fn run(trials: u64, common: &Common) -> Result<(), StudyError> {
-    let levels = levels(trials, common.seed, common.quiet)?;
+    let levels = levels(&Recipe::ALL, trials, common.seed, common.quiet)?;
     let results = Results { experiment: NAME.to_owned(), trials, seed: common.seed, levels };
     let file = output::write_json(&common.out, NAME, &results)?;
     let svg = figures::noise_sweep::errors(&results.levels)?;
@@ -139,7 +145,8 @@ mod tests {
 
     #[test]
     fn failed_trials_are_counted_and_left_out() {
-        let errors = TrialErrors { max_f: 1.0, max_g: 2.0, mean_f: 0.5, mean_g: 0.25 };
+        let errors =
+            TrialErrors { max_f: 1.0, max_g: 2.0, mean_f: 0.5, mean_g: 0.25, coverage: None };
         let found = Found::of(&[None, Some(errors), None]);
         assert_eq!((found.failed_trials, found.errors.unwrap().max_g.mean), (2, 2.0));
         let none = Found::of(&[None]);
@@ -151,7 +158,7 @@ mod tests {
     /// With the paper's noise the trials are those of the Monte-Carlo study.
     #[test]
     fn the_sweep_and_the_montecarlo_share_their_trials() {
-        let sweep = judge(7, 1, duffing_data::NOISE).unwrap();
+        let sweep = judge(&Recipe::QUICK, 7, 1, duffing_data::NOISE).unwrap();
         for (recipe, trials) in duffing_montecarlo::trials(2, 7, true).unwrap() {
             assert_eq!(sweep[&recipe], Some(trials[1]), "{recipe}");
         }

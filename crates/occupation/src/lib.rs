@@ -30,6 +30,16 @@
 //! | weights W | [`WeakSystem::weights`] | A x n |
 //! | H(x) = \[f(x) g(x)\] | [`IdentifiedModel`] | n x (1 + m) |
 //!
+//! [`Identification`] takes the method further: initial values as unknowns of a weak form over every sample, kernels,
+//! regularisation and noise by marginal likelihood, few landmarks instead of every sample, and a refinement along the
+//! model's own trajectories, with the model's adjoint for test function; its model knows its standard deviations.
+//!
+//! | on paper | in code | shape |
+//! | --- | --- | --- |
+//! | samples y, rates y', inputs u | [`Motion`] | N x n, N x n, N x m |
+//! | f_i ~ GP(0, a_0^2 K_0), g_ij ~ GP(0, a_j^2 K_j) | [`identification::RowChoice`] | n rows of 1 + m |
+//! | standard deviations of f and g at x | [`IdentifiedModel::standard_deviations`] | n, n x m |
+//!
 //! Source: M. Abudia, T. Channagiri, J. A. Rosenfeld, R. Kamalapurkar, "Control Occupation Kernel Regression", IEEE
 //! Transactions on Automatic Control 71(7):4780-4787, 2026 (arXiv 2106.00103). The compact test functions and the
 //! whitening generalise it: they need no initial velocity, and weigh overlapping windows by what noise they share.

@@ -7,6 +7,7 @@
 //! by occupation-kernel regression with compact test functions, whitened by the measurement
 //! noise.
 
+mod choice;
 mod columns;
 mod files;
 mod motion;
@@ -18,9 +19,13 @@ use super::check::table::{Table, number};
 use crate::output::spinner;
 use clap::{Args, ValueEnum};
 use columns::Columns;
-use lacuna::occupation::IdentifiedModel;
+use lacuna::occupation::Arguments::State;
+use lacuna::occupation::identification::Report as Chosen;
+use lacuna::occupation::{
+    Family, Identification, IdentificationError, Identified, InputPath, Names,
+};
 use lacuna::recordings::{InputHold, Recording, RecordingSource, read_csv};
-use motion::{Motion, Stretch};
+use motion::Motion;
 use proof::Proof;
 use serde::Serialize;
 use settings::Settings;
@@ -51,14 +56,19 @@ pub struct Arguments {
     /// a column too
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=2))]
     order: Option<u8>,
-    /// Kernel: Gaussian and Matern (5/2) as wide as two standard deviations of each argument;
-    /// exponential exp(x y / mu) with mu half the largest |x|^2; polynomial of degree 3
-    #[arg(long, value_enum, default_value_t = KernelName::Gaussian)]
-    kernel: KernelName,
-    /// Ridge, in units of the noise variance over that of the channels' highest derivative
-    #[arg(long, default_value_t = settings::LAMBDA, value_parser = positive_number)]
-    lambda: f64,
-    /// Length of the test functions; without, half of the fastest channel's typical period
+    /// Kernel of all functions; without, the family that makes the recordings most likely, for
+    /// each function (exponential is never chosen unasked: it grows without bound where there
+    /// are no data)
+    #[arg(long, value_enum)]
+    kernel: Option<KernelName>,
+    /// Kernel widths, one for each argument, separated by commas; without, those that make the
+    /// recordings most likely
+    #[arg(long, value_delimiter = ',', value_parser = positive_number)]
+    widths: Vec<f64>,
+    /// Noise variance over prior variance; without, what makes the recordings most likely
+    #[arg(long, value_parser = positive_number)]
+    lambda: Option<f64>,
+    /// Length of the windows with free initial values; without, a typical period
     #[arg(long, value_name = "SECONDS", value_parser = positive_number)]
     window: Option<f64>,
     /// What the inputs do between samples
@@ -84,6 +94,7 @@ pub enum KernelName {
 enum Hold {
     ZeroOrder,
     Linear,
+    Smooth,
 }
 
 fn positive_number(text: &str) -> Result<f64, String> {
@@ -104,6 +115,7 @@ struct Report<'a> {
     held_out_recordings: Vec<String>,
     #[serde(flatten)]
     proof: &'a Proof,
+    chosen: &'a Chosen,
     notes: Vec<String>,
     files: Vec<String>,
 }
@@ -116,17 +128,17 @@ pub fn run(a: &Arguments) -> Outcome {
         a.recordings.iter().map(|s| read_csv(s, &columns.time)).collect::<Result<Vec<_>, _>>()?;
     let hold = match a.input_hold {
         Hold::ZeroOrder => InputHold::ZeroOrder,
-        Hold::Linear => InputHold::Linear,
+        Hold::Linear | Hold::Smooth => InputHold::Linear,
     };
     let (training, held_out) = split(recordings);
     bar.set_message("smoothing the recordings");
     let noise = motion::noise(&columns, &training)?;
     let training = Motion::of(&columns, &noise, &training, hold)?;
     let held_out = Motion::of(&columns, &noise, &held_out, hold)?;
-    let settings = Settings::choose(a, &columns, &noise, &training)?;
-    bar.set_message(format!("fitting {} windows", settings.windows));
+    let settings = Settings::choose(a, &columns, &training)?;
+    bar.set_message("choosing kernels and fitting");
     let usable = settings.long_enough(&training);
-    let model = fit(&settings, &usable)?;
+    let Identified { model, report: chosen } = fit(a, &columns, &training)?;
     bar.set_message("proving on what was held out");
     let proof = Proof::of(&model, &settings, &columns, &noise, &usable, &held_out)?;
     bar.finish_and_clear();
@@ -135,8 +147,14 @@ pub fn run(a: &Arguments) -> Outcome {
         settings: &settings,
         training_recordings: training.names.clone(),
         held_out_recordings: held_out.names.clone(),
-        notes: [columns.notes.clone(), settings.notes.clone(), proof.warnings(&columns)].concat(),
+        notes: [
+            columns.notes.clone(),
+            proof.warnings(&columns),
+            choice::warnings(&chosen, &columns),
+        ]
+        .concat(),
         proof: &proof,
+        chosen: &chosen,
         files: Vec::new(),
     };
     if let Some(folder) = &a.out {
@@ -150,9 +168,46 @@ pub fn run(a: &Arguments) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn fit(settings: &Settings, stretches: &[&Stretch]) -> Result<IdentifiedModel, Box<dyn Error>> {
-    let data = stretches.iter().map(|s| s.data.clone()).collect::<Vec<_>>();
-    settings.regression.fit(&data).map_err(|e| format!("the regression failed: {e}").into())
+fn fit(a: &Arguments, columns: &Columns, training: &Motion) -> Result<Identified, Box<dyn Error>> {
+    let path = match a.input_hold {
+        Hold::ZeroOrder => InputPath::Held,
+        Hold::Linear => InputPath::Linear,
+        Hold::Smooth => InputPath::Smooth,
+    };
+    let mut identification = Identification::new(columns.order, State, path);
+    if let Some(kernel) = a.kernel {
+        identification.families = vec![match kernel {
+            KernelName::Gaussian => Family::Gaussian,
+            KernelName::Exponential => Family::Exponential,
+            KernelName::Matern => Family::Matern,
+            KernelName::Polynomial => Family::Polynomial(3),
+        }];
+    }
+    identification.widths = (!a.widths.is_empty()).then(|| a.widths.clone());
+    identification.lambda = a.lambda;
+    identification.window = a.window;
+    let motions: Vec<_> = training.stretches.iter().map(|s| s.measured.clone()).collect();
+    let mut found = identification.identify(&motions).map_err(|e| in_words(columns, &e))?;
+    found.model = found.model.with_names(Names {
+        coordinates: columns.channels.clone(),
+        rates: columns.velocities.clone(),
+        inputs: columns.inputs.clone(),
+        arguments: columns.arguments.clone(),
+        time: columns.time.clone(),
+        input_path: path,
+    });
+    Ok(found)
+}
+
+/// Errors count coordinates from 0; users know them by name.
+fn in_words(columns: &Columns, error: &IdentificationError) -> String {
+    match error {
+        IdentificationError::Still { coordinate }
+        | IdentificationError::Signal { coordinate, .. } => {
+            format!("column '{}': {error}", columns.channels[*coordinate])
+        }
+        _ => format!("the identification failed: {error}"),
+    }
 }
 
 /// Training and held-out recordings.
@@ -186,13 +241,8 @@ impl Report<'_> {
             list(&c.channels),
             list(&c.inputs)
         );
-        out += &format!(
-            "{} windows of {} s, {} samples apart, on {}\n\n",
-            s.windows,
-            number(s.window_s),
-            s.stride,
-            list(&self.training_recordings)
-        );
+        out += &choice::text(self.chosen, c);
+        out += &format!("\nResiduals in windows of {} s:\n", number(s.window_s));
         let mut table =
             Table::new(&["channel", "residual on", "recordings", "relative", "noise alone"]);
         let sets = [

@@ -39,7 +39,7 @@ const PRICE: f64 = 0.02;
 const WORTH: f64 = 10.0;
 /// ... and for each equation, where the misfit is systematic: more than this times the samples' noise.
 const CLEARLY: f64 = 2.0;
-const SYSTEMATIC: f64 = 0.25;
+const SYSTEMATIC: f64 = 0.1;
 /// ... and, for any but the first argument, of what the first brought.
 const OF_FIRST: f64 = 0.5;
 /// Nats that another iteration must gain.
@@ -56,6 +56,8 @@ pub struct BlockChoice {
     pub amplitude: f64,
     /// Root mean square of the posterior standard deviation on the data that were used for choosing.
     pub posterior_sd: f64,
+    /// Arguments on which the function depends; in the others it was chosen flat.
+    pub depends_on: Vec<usize>,
 }
 
 /// What was chosen for one coordinate.
@@ -156,7 +158,7 @@ impl<'s> Search<'s> {
             if b > 0 && start.widths.is_none() {
                 kernel.widths = start.spread.iter().map(|spread| FLAT * spread).collect();
             }
-            let first = BlockChoice { kernel, amplitude, posterior_sd: amplitude };
+            let first = BlockChoice { kernel, amplitude, posterior_sd: amplitude, depends_on: Vec::new() };
             let choice = first;
             let block = search.block(b, choice);
             search.blocks.push(block);
@@ -300,7 +302,7 @@ impl<'s> Search<'s> {
             None => theta[theta.len() - 2].exp(),
         };
         kernel.centre.clone_from(&self.blocks[b].choice.kernel.centre);
-        (BlockChoice { kernel, amplitude, posterior_sd: amplitude }, noise_sd)
+        (BlockChoice { kernel, amplitude, posterior_sd: amplitude, depends_on: Vec::new() }, noise_sd)
     }
 
     fn penalised(
@@ -406,6 +408,9 @@ impl<'s> Search<'s> {
 
     fn finish(mut self) -> RowChoice {
         for b in 0..self.blocks.len() {
+            let choice = &self.blocks[b].choice;
+            let depends = (0..self.start.spread.len()).filter(|&i| !self.is_flat(choice, i));
+            self.blocks[b].choice.depends_on = depends.collect();
             if let Some(sd) = self.posterior_sd(b) {
                 self.blocks[b].choice.posterior_sd = sd;
             }

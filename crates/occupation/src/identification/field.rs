@@ -1,6 +1,7 @@
 //! The functions f and g as weighted sums over landmarks, while they are being identified.
 
 use super::basis::Basis;
+use crate::vector::add_weighted_sums;
 
 /// One function f_i (block 0) or g_ij (block j) with the weights of its landmarks.
 #[derive(Debug, Clone)]
@@ -85,8 +86,9 @@ impl Field {
         for term in &self.terms {
             let values = &mut values[first..first + term.basis.rank()];
             term.basis.kernel_row(x, &mut room.scaled, values);
-            let sum: f64 = values.iter().zip(&term.weights).map(|(k, w)| k * w).sum();
-            out[term.row] += term.input(u) * sum;
+            let mut sum = [0.0];
+            add_weighted_sums(values, &term.weights, &mut sum);
+            out[term.row] += term.input(u) * sum[0];
             first += term.basis.rank();
         }
     }

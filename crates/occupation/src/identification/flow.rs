@@ -18,7 +18,7 @@ use super::inputs::input_at;
 use super::motion::{InputPath, Motion};
 
 /// Times the eigenvalue of largest modulus, the longest step of the classical Runge-Kutta method.
-const STEP: f64 = 0.25;
+const STEP: f64 = 0.5;
 /// Most steps from sample to sample.
 const MOST_STEPS: usize = 64;
 /// A trajectory is lost where it leaves the data by this many spreads.

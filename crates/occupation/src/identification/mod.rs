@@ -360,8 +360,9 @@ impl Data {
     /// The weak equations of coordinate i on which kernels are chosen.
     fn weak_row(&self, i: usize) -> WeakRow<'_> {
         let all: usize = self.windows.iter().map(|w| w.motion.samples()).sum();
-        let every = all.div_ceil(CHOOSING_EQUATIONS).max(1);
-        self.row(self.windows.iter().step_by(every), i)
+        let most = (CHOOSING_EQUATIONS * self.windows.len() / all).max(1);
+        let chosen = sample(self.windows.len(), most);
+        self.row(chosen.into_iter().map(|k| &self.windows[k]), i)
     }
 
     fn each_row(
@@ -511,11 +512,18 @@ fn cut(times: &[f64], seconds: f64) -> Vec<(usize, usize)> {
     (0..count).map(|w| (edge(w), edge(w + 1) - edge(w) + 1)).collect()
 }
 
-/// At most `most` of the rows, evenly.
+/// At most `most` of the rows.
 fn thin(rows: &[f64], d: usize, most: usize) -> Vec<f64> {
-    let count = rows.len() / d;
-    let kept = count.min(most);
-    (0..kept).map(|k| k * count / kept).flat_map(|k| &rows[k * d..(k + 1) * d]).copied().collect()
+    let kept = sample(rows.len() / d, most);
+    kept.into_iter().flat_map(|k| &rows[k * d..(k + 1) * d]).copied().collect()
+}
+
+/// At most `most` of `count` indices, evenly but without a period: a stride would see only a part of data that are laid
+/// out on a grid or a Halton sequence. The indices with the smallest fractional parts of multiples of the golden ratio.
+fn sample(count: usize, most: usize) -> Vec<usize> {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let share = most as f64 / count as f64;
+    (0..count).filter(|&k| (k as f64 * GOLDEN).fract() < share).take(most).collect()
 }
 
 /// Data or settings from which nothing can be identified.

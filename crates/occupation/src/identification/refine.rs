@@ -27,7 +27,9 @@ const GAIN: f64 = 0.5;
 /// Halvings of a step before the search ends.
 const HALVINGS: usize = 6;
 /// Gauss-Newton steps for an initial state.
-const INITIAL_STEPS: usize = 12;
+const INITIAL_STEPS: usize = 6;
+/// ... which end where a step gains less than this share of what is left.
+const INITIAL_GAIN: f64 = 1e-3;
 /// Windows whose inner products are summed by one thread, in order.
 const GROUP: usize = 16;
 /// Shortest window, in samples.
@@ -124,7 +126,7 @@ fn fit_initial(
             break;
         };
         best = found;
-        if chi - best.chi_square(noise) < 1e-6 * chi + 1e-9 {
+        if chi - best.chi_square(noise) < INITIAL_GAIN * (1.0 + chi) {
             break;
         }
     }

@@ -20,7 +20,7 @@ pub fn write(
 ) -> Result<Vec<String>, Box<dyn Error>> {
     let (drift, effectiveness) = tables(model, columns, stretches)?;
     let files = [
-        ("model.json", serde_json::to_string(model)?),
+        ("model.json", model.to_json()),
         ("drift.csv", drift),
         ("effectiveness.csv", effectiveness),
     ];
@@ -34,7 +34,7 @@ pub fn write(
         .collect()
 }
 
-/// f and g along the training samples, thinned.
+/// f and g along the training samples with their standard deviations, thinned.
 fn tables(
     model: &IdentifiedModel,
     columns: &Columns,
@@ -44,9 +44,9 @@ fn tables(
     let header = format!("recording,{},{}", columns.time, columns.arguments.join(","));
     let (mut drift, mut effectiveness) = (header.clone(), header);
     for channel in &columns.channels {
-        write!(drift, ",f_{channel}")?;
+        write!(drift, ",f_{channel},f_{channel}_sd")?;
         for input in &columns.inputs {
-            write!(effectiveness, ",g_{channel}_{input}")?;
+            write!(effectiveness, ",g_{channel}_{input},g_{channel}_{input}_sd")?;
         }
     }
     let total: usize = stretches.iter().map(|s| s.data.samples()).sum();
@@ -55,9 +55,11 @@ fn tables(
     for (s, k) in samples.step_by(total.div_ceil(MOST_ROWS)) {
         let x = &s.data.arguments()[k * d..(k + 1) * d];
         model.evaluate(x, &mut f, &mut g)?;
-        for (text, values) in [(&mut drift, &f), (&mut effectiveness, &g)] {
+        let sd = model.standard_deviations(x)?.ok_or("the model has no standard deviations")?;
+        for (text, values, sds) in [(&mut drift, &f, &sd.f), (&mut effectiveness, &g, &sd.g)] {
             write!(text, "\n{},{}", s.recording, s.data.times()[k])?;
-            x.iter().chain(values).try_for_each(|v| write!(text, ",{v}"))?;
+            x.iter().try_for_each(|v| write!(text, ",{v}"))?;
+            values.iter().zip(sds).try_for_each(|(v, sd)| write!(text, ",{v},{sd}"))?;
         }
     }
     drift.push('\n');

@@ -28,6 +28,8 @@ pub struct Stretch {
     /// Which recording, from 1.
     pub recording: usize,
     pub data: TrajectoryData,
+    /// What was measured: the identification smooths by itself.
+    pub measured: lacuna::occupation::Motion,
     /// Smoothed s-th derivative of the channels, N x n.
     pub highest: Vec<f64>,
     /// Smoothed derivative of the order below, N x n.
@@ -157,6 +159,8 @@ fn stretch(
     };
     let (n, m, order) = (columns.channels.len(), columns.inputs.len(), columns.order);
     let mut measured = vec![0.0; times.len() * n];
+    let mut raw = vec![0.0; times.len() * n];
+    let mut rates = vec![0.0; times.len() * n];
     let mut paths: Vec<Trajectory> = Vec::with_capacity(n);
     for (i, column) in columns.channels.iter().enumerate() {
         let values = filled(column)?;
@@ -173,6 +177,8 @@ fn stretch(
             .map_err(|e| in_column(column, &e))?;
         let path = smoothed.at(&times);
         for (k, value) in values.iter().enumerate() {
+            raw[k * n + i] = *value;
+            rates[k * n + i] = rate.as_ref().map_or(f64::NAN, |rate| rate[k]);
             measured[k * n + i] = if value.is_nan() { path.value[k] } else { *value };
         }
         paths.push(path);
@@ -182,6 +188,12 @@ fn stretch(
         let values = &r.column(column)?[rows.clone()];
         let held = resample_input(time, values, &times, hold).map_err(|e| in_column(column, &e))?;
         held.iter().enumerate().for_each(|(k, value)| inputs[k * m + j] = *value);
+    }
+    let in_recording = |e: lacuna::occupation::IdentificationError| format!("{}: {e}", r.name);
+    let mut motion = lacuna::occupation::Motion::new(times.clone(), raw, inputs.clone())
+        .map_err(in_recording)?;
+    if order == 2 && columns.velocities.iter().all(Option::is_some) {
+        motion = motion.with_rates(rates).map_err(in_recording)?;
     }
     if hold == InputHold::ZeroOrder {
         centre(&mut inputs, m);
@@ -203,7 +215,7 @@ fn stretch(
     };
     let data = TrajectoryData::new(times.clone(), arguments, inputs, measured)
         .map_err(|e| format!("{}: {e}", r.name))?;
-    Ok(Stretch { recording, data, highest, below })
+    Ok(Stretch { recording, data, measured: motion, highest, below })
 }
 
 /// A held input as quadrature on the samples must see it: half a step around each sample belongs

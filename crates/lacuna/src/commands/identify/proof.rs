@@ -134,11 +134,14 @@ fn residuals(
     let n = columns.channels.len();
     let (mut left, mut observed, mut rows) = (vec![0.0; n], vec![0.0; n], 0);
     for stretch in stretches {
-        let r = &settings.regression;
         let times = stretch.data.times();
-        let weights = settings.proof.functionals(times, r.quadrature, 0)?;
-        let sides =
-            settings.proof.right_hand_sides(times, r.quadrature, r.order, r.initial_derivative)?;
+        let weights = settings.proof.functionals(times, Settings::QUADRATURE, 0)?;
+        let sides = settings.proof.right_hand_sides(
+            times,
+            Settings::QUADRATURE,
+            settings.order,
+            Settings::INITIAL,
+        )?;
         let whitener = BandedCholesky::of_functionals(&sides)?;
         let predicted = predicted(model, stretch)?;
         rows += sides.len();
@@ -228,11 +231,10 @@ fn weak_columns(
     let all = stretches.iter().flat_map(|s| s.data.arguments().chunks_exact(d));
     let mut mean = vec![0.0; d];
     all.for_each(|x| mean.iter_mut().zip(x).for_each(|(sum, v)| *sum += v / samples as f64));
-    let r = &settings.regression;
     let mut columns = vec![Vec::new(); 1 + d + d * (d + 1) / 2 + m];
     let width = columns.len();
     for s in stretches {
-        let functionals = settings.proof.functionals(s.data.times(), r.quadrature, 0)?;
+        let functionals = settings.proof.functionals(s.data.times(), Settings::QUADRATURE, 0)?;
         let mut features = Vec::with_capacity(s.data.samples() * width);
         for (k, x) in s.data.arguments().chunks_exact(d).enumerate() {
             let x: Vec<f64> = x.iter().zip(&mean).map(|(v, mean)| v - mean).collect();

@@ -1,22 +1,13 @@
-//! The settings of the regression, measured off the recordings.
+//! The test functions of the proof, measured off the recordings.
 
+use super::Arguments;
 use super::columns::Columns;
-use super::motion::{Motion, Noise, Stretch};
-use super::{Arguments, KernelName};
+use super::motion::{Motion, Stretch};
 use crate::commands::check::table::number;
-use lacuna::occupation::{
-    ExponentialDotProduct, Gaussian, InitialDerivative, KernelSpec, Matern, Polynomial, Quadrature,
-    Regression, Smoothness, TestFunction,
-};
+use lacuna::occupation::{InitialDerivative, Quadrature, TestFunction};
 use serde::Serialize;
 use std::error::Error;
 
-/// Default ridge.
-pub const LAMBDA: f64 = 1.0;
-/// Kernel widths, in standard deviations of each argument.
-const WIDTHS: f64 = 2.0;
-/// Degree of the polynomial kernel.
-const DEGREE: u32 = 3;
 /// Exponent of the test functions.
 const EXPONENT: u32 = 4;
 /// Windows begin this many times a window's length.
@@ -28,34 +19,29 @@ const SHORTEST_STRIDE: usize = 5;
 const FEWEST_STEPS: f64 = 16.0;
 /// Samples beyond the order without which a test function's first moments cannot be exact.
 const FEWEST_BEYOND_ORDER: usize = 6;
-/// Most windows: the dense system of so many takes seconds and half a gigabyte.
+/// Most windows.
 const MOST_WINDOWS: usize = 6000;
 
-/// How the regression is done.
+/// How residuals are judged.
 #[derive(Serialize)]
 pub struct Settings {
     pub window_s: f64,
-    /// Samples from one window to the next.
-    pub stride: usize,
-    pub windows: usize,
-    pub regression: Regression,
-    /// Test functions of the proof: the same, but only half overlapping, so that none is nearly
-    /// a combination of others and whitening does not magnify the errors of quadrature.
+    /// Order s of the dynamics.
+    #[serde(skip)]
+    pub order: usize,
+    /// Test functions of the proof, half overlapping, so that none is nearly a combination of others and whitening
+    /// does not magnify the errors of quadrature.
     #[serde(skip)]
     pub proof: TestFunction,
-    #[serde(skip)]
-    pub notes: Vec<String>,
 }
 
 impl Settings {
     pub fn choose(
         a: &Arguments,
         columns: &Columns,
-        noise: &Noise,
         training: &Motion,
     ) -> Result<Self, Box<dyn Error>> {
-        let deviations = deviations(columns, training)?;
-        let kernel = kernel(a.kernel, &deviations, training);
+        check_moving(columns, training)?;
         let step = step(training);
         let window_s = match a.window {
             Some(seconds) => seconds,
@@ -72,31 +58,14 @@ impl Settings {
             )
             .into());
         }
-        let mut notes = Vec::new();
         let wanted = (samples / OVERLAP).max(SHORTEST_STRIDE);
         let stride = stride(training, samples, wanted);
-        if stride > wanted {
-            notes.push(format!(
-                "windows begin every {stride} samples instead of {wanted}, so that there are no \
-                 more than about {MOST_WINDOWS}"
-            ));
-        }
-        let regression = Regression {
-            kernel,
-            order: columns.order,
-            test_function: TestFunction::Compact { exponent: EXPONENT, width: window_s, stride },
-            quadrature: Quadrature::Trapezoid,
-            lambda: a.lambda * noise_to_motion(columns, noise, training),
-            initial_derivative: InitialDerivative::default(),
-            whiten: true,
-        };
-        let windows = count(training, samples, stride);
         let proof = TestFunction::Compact {
             exponent: EXPONENT,
             width: window_s,
             stride: stride.max(samples / 2),
         };
-        let settings = Self { window_s, stride, windows, regression, proof, notes };
+        let settings = Self { window_s, order: columns.order, proof };
         if settings.long_enough(training).is_empty() {
             return Err(format!(
                 "no stretch of the recordings is as long as the test functions of {} s; give a \
@@ -107,6 +76,11 @@ impl Settings {
         }
         Ok(settings)
     }
+
+    /// Quadrature of the proof.
+    pub const QUADRATURE: Quadrature = Quadrature::Trapezoid;
+    /// Compact test functions need none; it is named where functionals are made.
+    pub const INITIAL: InitialDerivative = InitialDerivative::ForwardDifference;
 
     /// Stretches that hold at least one window.
     pub fn long_enough<'m>(&self, motion: &'m Motion) -> Vec<&'m Stretch> {
@@ -126,8 +100,8 @@ fn step(training: &Motion) -> f64 {
     total / steps as f64
 }
 
-/// Standard deviation of each argument.
-fn deviations(columns: &Columns, training: &Motion) -> Result<Vec<f64>, Box<dyn Error>> {
+/// Refuses arguments that never change.
+fn check_moving(columns: &Columns, training: &Motion) -> Result<(), Box<dyn Error>> {
     let d = columns.arguments.len();
     let all: Vec<f64> =
         training.stretches.iter().flat_map(|s| s.data.arguments()).copied().collect();
@@ -138,7 +112,7 @@ fn deviations(columns: &Columns, training: &Motion) -> Result<Vec<f64>, Box<dyn 
             training.names[0], columns.arguments[i]
         )
         .into()),
-        None => Ok(deviations),
+        None => Ok(()),
     }
 }
 
@@ -147,29 +121,6 @@ fn column_sd(rows: &[f64], columns: usize, column: usize) -> f64 {
     let count = (rows.len() / columns) as f64;
     let mean = values().sum::<f64>() / count;
     (values().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt()
-}
-
-fn kernel(name: KernelName, deviations: &[f64], training: &Motion) -> KernelSpec {
-    let widths: Vec<f64> = deviations.iter().map(|sd| WIDTHS * sd).collect();
-    let d = deviations.len();
-    let squares = || {
-        training
-            .stretches
-            .iter()
-            .flat_map(move |s| s.data.arguments().chunks_exact(d))
-            .map(|x| x.iter().map(|v| v * v).sum::<f64>())
-    };
-    match name {
-        KernelName::Gaussian => Gaussian { widths }.into(),
-        KernelName::Matern => Matern { smoothness: Smoothness::FiveHalves, widths }.into(),
-        KernelName::Exponential => {
-            ExponentialDotProduct { mu: 0.5 * squares().fold(0.0, f64::max) }.into()
-        }
-        KernelName::Polynomial => {
-            let scale = squares().sum::<f64>() / squares().count() as f64;
-            Polynomial { degree: DEGREE, offset: 1.0, scale }.into()
-        }
-    }
 }
 
 /// Sums of squares over all stretches, by channel: of the highest derivative, and the variance
@@ -195,14 +146,6 @@ fn window(columns: &Columns, training: &Motion, step: f64) -> f64 {
     let wanted = std::f64::consts::PI * fastest;
     let samples = (wanted / step).round().max(FEWEST_STEPS).min((0.25 * longest / step).floor());
     samples * step
-}
-
-/// (noise / highest derivative)^2, the geometric mean over the channels: the noise variance over
-/// the variance that the kernel expansion should have.
-fn noise_to_motion(columns: &Columns, noise: &Noise, training: &Motion) -> f64 {
-    let spreads = spreads(columns, training);
-    let logs = noise.channels.iter().zip(&spreads).map(|(sd, (_, highest))| (sd / highest).ln());
-    (2.0 * logs.sum::<f64>() / noise.channels.len() as f64).exp()
 }
 
 fn count(training: &Motion, samples: usize, stride: usize) -> usize {
