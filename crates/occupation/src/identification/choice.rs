@@ -158,9 +158,9 @@ impl<'s> Search<'s> {
             if b > 0 && start.widths.is_none() {
                 kernel.widths = start.spread.iter().map(|spread| FLAT * spread).collect();
             }
-            let first = BlockChoice { kernel, amplitude, posterior_sd: amplitude, depends_on: Vec::new() };
-            let choice = first;
-            let block = search.block(b, choice);
+            let first =
+                BlockChoice { kernel, amplitude, posterior_sd: amplitude, depends_on: Vec::new() };
+            let block = search.block(b, first);
             search.blocks.push(block);
         }
         search.log_evidence = search.objective(&search.blocks, search.noise_sd);
@@ -302,7 +302,10 @@ impl<'s> Search<'s> {
             None => theta[theta.len() - 2].exp(),
         };
         kernel.centre.clone_from(&self.blocks[b].choice.kernel.centre);
-        (BlockChoice { kernel, amplitude, posterior_sd: amplitude, depends_on: Vec::new() }, noise_sd)
+        (
+            BlockChoice { kernel, amplitude, posterior_sd: amplitude, depends_on: Vec::new() },
+            noise_sd,
+        )
     }
 
     fn penalised(

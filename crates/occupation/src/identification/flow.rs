@@ -65,7 +65,9 @@ impl Setting {
 
     fn is_lost(&self, z: &[f64]) -> bool {
         let states = z.iter().zip(&self.middle).zip(&self.half_range);
-        states.into_iter().any(|((z, c), h)| !((z - c).abs() <= LOST * h))
+        let near = |((z, c), h): ((&f64, &f64), &f64)| (z - c).abs() <= LOST * h;
+        // Not a number is not near.
+        !states.into_iter().all(near)
     }
 }
 

@@ -294,7 +294,7 @@ impl Data {
         let (centre_all, spread_all) = moments(&states, count);
         let (middle, half_range) = ranges(&states, count);
         let d = settings.argument_count(n);
-        if let Some(i) = spread_all[..d].iter().position(|s| !(*s > 0.0)) {
+        if let Some(i) = spread_all[..d].iter().position(|s| s.is_nan() || *s <= 0.0) {
             return Err(IdentificationError::Still { coordinate: i % n });
         }
         let highest_rms = rms(smooth.iter().map(|s| s.derivatives(settings.order)[1].to_vec()), n);

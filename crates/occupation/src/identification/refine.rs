@@ -378,10 +378,10 @@ impl Refinement {
                 from.iter().zip(target).map(|(a, b)| a + length * (b - a)).collect();
             let mut field = self.field.clone();
             field.set(&blend);
-            if let Some((shots, left)) = self.profile(&field) {
-                if self.cost(&field, &left) < before {
-                    return Some((field, shots, left));
-                }
+            if let Some((shots, left)) = self.profile(&field)
+                && self.cost(&field, &left) < before
+            {
+                return Some((field, shots, left));
             }
             length *= 0.5;
         }

@@ -152,11 +152,11 @@ impl Probe {
             if model.evaluate(x, &mut f, &mut g).is_err() {
                 continue;
             }
-            for i in 0..n {
-                entries.push([f[i], sd.f[i], sd.f_prior[i]]);
-                let inputs = i * m..(i + 1) * m;
-                entries.extend(inputs.map(|at| [g[at], sd.g[at], sd.g_prior[at]]));
-            }
+            let drift = |i: usize| [f[i], sd.f[i], sd.f_prior[i]];
+            let effectiveness = |at: usize| [g[at], sd.g[at], sd.g_prior[at]];
+            let of_row =
+                |i: usize| std::iter::once(drift(i)).chain((i * m..(i + 1) * m).map(effectiveness));
+            entries.extend((0..n).flat_map(of_row));
         }
         Self { entries, rows: n, blocks: m + 1 }
     }
