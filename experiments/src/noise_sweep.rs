@@ -158,7 +158,7 @@ mod tests {
     /// With the paper's noise the trials are those of the Monte-Carlo study.
     #[test]
     fn the_sweep_and_the_montecarlo_share_their_trials() {
-        let sweep = judge(&Recipe::QUICK, 7, 1, duffing_data::NOISE).unwrap();
+        let sweep = judge(&Recipe::ALL, 7, 1, duffing_data::NOISE).unwrap();
         for (recipe, trials) in duffing_montecarlo::trials(2, 7, true).unwrap() {
             assert_eq!(sweep[&recipe], Some(trials[1]), "{recipe}");
         }

@@ -4,7 +4,7 @@
 //! f_i ~ GP(0, a_0^2 K_0),   g_ij ~ GP(0, a_j^2 K_j),   lambda_j = sigma^2 / a_j^2
 //! ```
 //!
-//! The weak form is linear in f and g, so log p(y | kernels, a, sigma) is in closed form ([`super::evidence`]). One
+//! The weak form is linear in f and g, so log p(y | kernels, a, sigma) is in closed form (module `evidence`). One
 //! block after the other is followed uphill with the others held, first as Gaussian kernels, then in every family; the
 //! family of greatest evidence stays. Log-normal priors, wide on purpose, keep widths of dimensions that do not matter
 //! from running away.
