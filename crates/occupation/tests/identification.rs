@@ -57,7 +57,11 @@ fn points() -> Vec<[f64; 2]> {
 
 #[test]
 fn drift_and_effectiveness_are_found_within_their_standard_deviations() {
-    let found = settings().identify(&swings(1e-3)).unwrap();
+    // A family that holds the sine: a cubic, which the evidence on a part of the windows may prefer, knows it only
+    // nearly and says nothing of what it lacks.
+    let mut gaussian = settings();
+    gaussian.families = vec![Family::Gaussian];
+    let found = gaussian.identify(&swings(1e-3)).unwrap();
     let (mut within, mut entries) = (0, 0);
     for x in points() {
         let (mut f, mut g) = ([0.0], [0.0]);
