@@ -250,6 +250,25 @@ fn identify_learns_the_duffing_oscillator_from_positions() {
     assert!(relative("training") < 0.05, "{report}");
     assert!(relative("held_out") < 0.1, "{report}");
     learned(&bench.path("found"));
+    drawn(&bench.path("found/functions.svg"));
+    let text = stdout(
+        &bench.lacuna(&arguments(&["identify", "--kernel", "polynomial", "--out", "again"], &runs)),
+    );
+    assert!(text.contains("functions.svg shows f and g"), "{text}");
+}
+
+/// A diagram of each function against each argument that it depends on.
+fn drawn(figure: &Path) {
+    let svg = std::fs::read_to_string(figure).unwrap();
+    assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+    for title in ["f of x against x", "f of x against dx", "g of x by u against x"] {
+        assert!(svg.contains(title), "{title}");
+    }
+    assert!(!svg.contains("g of x by u against dx"), "g depends on x alone");
+    // Three diagrams, each with its curve's band, under one legend.
+    for (text, count) in [("median", 3), ("± 2 standard deviations", 1), ("<polygon", 3)] {
+        assert_eq!(svg.matches(text).count(), count, "{text}");
+    }
 }
 
 /// The learned drift and effectiveness against the true ones, along the recordings.

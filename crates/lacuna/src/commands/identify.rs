@@ -13,6 +13,7 @@ mod files;
 mod motion;
 mod proof;
 mod settings;
+mod slices;
 
 use super::Outcome;
 use super::check::table::{Table, number};
@@ -39,7 +40,7 @@ pub struct Arguments {
     /// last quarter of a single one) is kept for proof
     #[arg(required = true)]
     recordings: Vec<RecordingSource>,
-    /// Write model.json, drift.csv and effectiveness.csv to this folder
+    /// Write model.json, drift.csv, effectiveness.csv and functions.svg to this folder
     #[arg(long)]
     out: Option<PathBuf>,
     /// Columns of the coordinates, separated by commas; without, all but time and inputs
@@ -158,7 +159,7 @@ pub fn run(a: &Arguments) -> Outcome {
         files: Vec::new(),
     };
     if let Some(folder) = &a.out {
-        report.files = files::write(folder, &model, &columns, &usable)?;
+        report.files = files::write(folder, &model, &chosen, &columns, &usable)?;
     }
     if a.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
@@ -275,6 +276,8 @@ impl Report<'_> {
         }
         if !self.files.is_empty() {
             out += &format!("Written: {}\n", list(&self.files));
+            out += "  functions.svg shows f and g against their arguments, one at a time with the others at \
+                    their\n  median, within two standard deviations.\n";
         }
         out
     }

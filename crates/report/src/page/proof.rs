@@ -84,6 +84,7 @@ fn plot(p: &Proof, points: usize) -> Markup {
             line("measured", Colour::Ink, Style::Broad, &p.measured),
             line("model after", Colour::Blue, Style::Solid, &p.after),
         ],
+        rug: None,
         within: view(p),
     };
     super::figure(

@@ -87,6 +87,7 @@ fn curve(finding: &Finding, c: &Curve) -> Markup {
             line("learned, no formula", Colour::Ink, points(&c.learned)),
             line("named law", Colour::Blue, points(&c.law)),
         ],
+        rug: None,
         within: view(c),
     };
     super::figure(&figure, &format!("Missing force over {}: {name}", c.variable))

@@ -46,7 +46,7 @@ pub fn text(report: &Report, columns: &Columns) -> String {
 }
 
 /// `f of q1`, `g of q1 by tau1`.
-fn function(channel: &str, block: usize, columns: &Columns) -> String {
+pub fn function(channel: &str, block: usize, columns: &Columns) -> String {
     match block {
         0 => format!("f of {channel}"),
         j => format!("g of {channel} by {}", columns.inputs[j - 1]),

@@ -1,9 +1,12 @@
-//! model.json, drift.csv and effectiveness.csv, each written whole or not at all.
+//! model.json, drift.csv, effectiveness.csv and functions.svg, each written whole or not at all.
 
 use super::columns::Columns;
 use super::motion::Stretch;
+use super::slices;
 use crate::output::write_whole;
 use lacuna::occupation::IdentifiedModel;
+use lacuna::occupation::identification::Report as Chosen;
+use lacuna::report::figures::grid_svg;
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
@@ -15,14 +18,17 @@ const MOST_ROWS: usize = 1000;
 pub fn write(
     folder: &Path,
     model: &IdentifiedModel,
+    chosen: &Chosen,
     columns: &Columns,
     stretches: &[&Stretch],
 ) -> Result<Vec<String>, Box<dyn Error>> {
     let (drift, effectiveness) = tables(model, columns, stretches)?;
+    let functions = grid_svg(&slices::grid(model, chosen, columns, stretches)?)?;
     let files = [
         ("model.json", model.to_json()),
         ("drift.csv", drift),
         ("effectiveness.csv", effectiveness),
+        ("functions.svg", functions + "\n"),
     ];
     files
         .into_iter()

@@ -1,0 +1,70 @@
+//! Sizes, colours and widths.
+
+use super::{Line, Style};
+use maud::{PreEscaped, html};
+use plotters::prelude::*;
+
+/// Units of a drawing: twice those of a phone's width, since coordinates are whole numbers.
+pub(super) const SIZE: (u32, u32) = (920, 600);
+pub(super) const TEXT: i32 = 40;
+pub(super) const ROW: i32 = 48;
+const FONT: &str = "sans-serif";
+pub(super) const LINE: u32 = 4;
+const BROAD: u32 = 12;
+/// The width that stands for a dashed line while drawing: plotters would draw each dash as
+/// an element of its own.
+const DASHED: u32 = 5;
+pub(super) const INK: RGBColor = RGBColor(0x33, 0x38, 0x3F);
+pub(super) const GRID: RGBColor = RGBColor(0xDD, 0xE1, 0xE6);
+/// Ink and grid change with the surroundings; the data's colours are readable on both.
+const STYLE: &str = "@media screen and (prefers-color-scheme: dark){\
+.lacuna-figure [fill=\"#33383F\"]{fill:#D9DDE3}.lacuna-figure [stroke=\"#33383F\"]{stroke:#D9DDE3}\
+.lacuna-figure [stroke=\"#DDE1E6\"]{stroke:#363C45}.lacuna-figure .ground{fill:#15181C}}";
+
+/// What a figure is drawn on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Surface {
+    /// What contains it, such as a page, has a colour.
+    Container,
+    /// The figure is a file of its own and brings its ground.
+    Own,
+}
+
+/// Replace the opening tag by one that scales, with the words and the colours.
+pub(super) fn dress(
+    text: &str,
+    description: &str,
+    (width, height): (u32, u32),
+    surface: Surface,
+) -> String {
+    let body = text.split_once('>').map_or(text, |(_, body)| body);
+    let dashed = format!("stroke-width=\"{DASHED}\"");
+    let body = body.replace(&dashed, &format!("stroke-width=\"{LINE}\" stroke-dasharray=\"14 9\""));
+    let body = body.strip_suffix("</svg>\n").or(body.strip_suffix("</svg>")).unwrap_or(&body);
+    html! {
+        svg class="lacuna-figure" xmlns="http://www.w3.org/2000/svg" role="img"
+            aria-label=(description) width="100%" viewBox={ "0 0 " (width) " " (height) } {
+            title { (description) }
+            style { (PreEscaped(STYLE)) }
+            @if surface == Surface::Own {
+                rect class="ground" width=(width) height=(height) fill="#FFFFFF" {}
+            }
+            (PreEscaped(body))
+        }
+    }
+    .into_string()
+}
+
+pub(super) fn font(size: i32) -> TextStyle<'static> {
+    (FONT, size).into_font().color(&INK)
+}
+
+/// Colour and width of a line.
+pub(super) fn stroke(line: &Line) -> ShapeStyle {
+    let colour = line.colour.rgb();
+    match line.style {
+        Style::Solid => colour.stroke_width(LINE),
+        Style::Dashed => colour.stroke_width(DASHED),
+        Style::Broad => colour.mix(0.4).stroke_width(BROAD),
+    }
+}
