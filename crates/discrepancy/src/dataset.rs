@@ -2,6 +2,7 @@
 //! marked and the noise of every output estimated.
 
 use crate::DiagnoseError;
+use lacuna_occupation::{InputPath, Names};
 use lacuna_plants::model::Measured;
 use lacuna_plants::{Hold, Model};
 use lacuna_recordings::{
@@ -111,10 +112,44 @@ impl Dataset {
                     .collect(),
             });
         }
-        let observed = recordings
-            .iter()
-            .map(|r| observe(model, &columns, r))
-            .collect::<Result<Vec<_>, _>>()?;
+        let hold = match model.hold {
+            Hold::ZeroOrder => InputHold::ZeroOrder,
+            Hold::Linear => InputHold::Linear,
+        };
+        Self::of(&columns, outputs, hold, recordings)
+    }
+
+    /// Bring recordings into the channels of an identified model of this order: its coordinates,
+    /// and their rates where the recordings have them. Its units are those of the recordings.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] naming the recording and column.
+    pub fn of_identified(
+        names: &Names,
+        order: usize,
+        recordings: &[Recording],
+    ) -> Result<Self, DiagnoseError> {
+        let first = recordings.first().ok_or(DiagnoseError::NoRecordings)?;
+        let columns = identified_columns(names, order, first);
+        let measured = columns.iter().filter(|c| !matches!(c.of, Measured::Input(_)));
+        let output = |c: &Used| Output { name: c.name.clone(), unit: c.unit.clone(), of: c.of };
+        let outputs = measured.map(output).collect();
+        let hold = match names.input_path {
+            InputPath::Held => InputHold::ZeroOrder,
+            InputPath::Linear | InputPath::Smooth => InputHold::Linear,
+        };
+        Self::of(&columns, outputs, hold, recordings)
+    }
+
+    fn of(
+        columns: &[Used],
+        outputs: Vec<Output>,
+        hold: InputHold,
+        recordings: &[Recording],
+    ) -> Result<Self, DiagnoseError> {
+        let first = recordings.first().ok_or(DiagnoseError::NoRecordings)?;
+        let observed =
+            recordings.iter().map(|r| observe(hold, columns, r)).collect::<Result<Vec<_>, _>>()?;
         let noise = (0..outputs.len())
             .map(|k| {
                 let series: Vec<_> = observed
@@ -236,7 +271,28 @@ fn columns(model: &Model, recording: &Recording) -> Result<Vec<Used>, DiagnoseEr
     Ok(used)
 }
 
-fn observe(model: &Model, used: &[Used], r: &Recording) -> Result<Observed, DiagnoseError> {
+/// Columns of the coordinates, of their rates where the recording has them, and of the inputs.
+fn identified_columns(names: &Names, order: usize, recording: &Recording) -> Vec<Used> {
+    let n = names.coordinates.len();
+    let used = |name: &String, of| Used {
+        column: name.clone(),
+        name: name.clone(),
+        of,
+        unit: String::new(),
+        column_unit: String::new(),
+    };
+    let recorded = |name: &&String| recording.columns.iter().any(|c| c.name == **name);
+    let coordinates =
+        names.coordinates.iter().enumerate().map(|(i, name)| used(name, Measured::State(i)));
+    let rates = names.rates.iter().enumerate().filter_map(|(i, rate)| {
+        let rate = rate.as_ref().filter(|_| order == 2).filter(recorded)?;
+        Some(used(rate, Measured::State(n + i)))
+    });
+    let inputs = names.inputs.iter().enumerate().map(|(j, name)| used(name, Measured::Input(j)));
+    coordinates.chain(rates).chain(inputs).collect()
+}
+
+fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, DiagnoseError> {
     if r.len() < FEWEST_SAMPLES {
         let (recording, found) = (r.name.clone(), r.len());
         return Err(DiagnoseError::TooShort { recording, found, needed: FEWEST_SAMPLES });
@@ -255,7 +311,7 @@ fn observe(model: &Model, used: &[Used], r: &Recording) -> Result<Observed, Diag
     }
     let times = sampling.filled_times(&r.time);
     let rows = sampling.positions(r.len());
-    let m = model.inputs.len();
+    let m = used.iter().filter(|u| matches!(u.of, Measured::Input(_))).count();
     let mut commands = vec![0.0; times.len() * m];
     let mut outputs = Vec::new();
     for u in used {
@@ -267,10 +323,6 @@ fn observe(model: &Model, used: &[Used], r: &Recording) -> Result<Observed, Diag
             }
             outputs.push(series);
             continue;
-        };
-        let hold = match model.hold {
-            Hold::ZeroOrder => InputHold::ZeroOrder,
-            Hold::Linear => InputHold::Linear,
         };
         let filled = resample_input(&r.time, &values, &times, hold).map_err(|source| {
             let (recording, channel) = (r.name.clone(), u.name.clone());

@@ -107,6 +107,25 @@ pub enum DiagnoseError {
         /// What stands in the way.
         reason: String,
     },
+    /// An identified model without names.
+    #[error(
+        "the identified model does not name its columns, so that none can be found in a \
+         recording; `lacuna identify --out` writes the names"
+    )]
+    Unnamed,
+    /// An identified model of another form than q^(s) = f + g u with the state for argument.
+    #[error(
+        "a model of order 1 or 2 whose arguments are its coordinates or its state can be run; \
+         found order {order} with {coordinates} coordinates and {arguments} arguments"
+    )]
+    Form {
+        /// Order of the model.
+        order: usize,
+        /// Number of its coordinates.
+        coordinates: usize,
+        /// Number of its arguments.
+        arguments: usize,
+    },
     /// A channel that no column measures.
     #[error(
         "no column measures '{channel}': a diagnosis needs every coordinate and state measured; simulate does not"

@@ -19,7 +19,7 @@
 //! | law b with shape s | [`lacuna_effects::ForceLaw`], [`candidates::Term`] |
 //! | forward selection | [`screen::Screen`] |
 //! | multiple shooting | [`shooting::Shooting`] |
-//! | free runs and windows | [`Predictor`] |
+//! | free runs and windows | [`Predictor`], [`IdentifiedPredictor`] |
 //! | the whole ladder | [`diagnose::diagnose`] |
 //! | the result | [`Diagnosis`] |
 //!
@@ -42,4 +42,4 @@ mod words;
 pub use dataset::{Dataset, Observed, Output};
 pub use diagnosis::Diagnosis;
 pub use error::DiagnoseError;
-pub use prediction::{Prediction, Predictor};
+pub use prediction::{IdentifiedPredictor, Prediction, Predictor};

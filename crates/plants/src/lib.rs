@@ -27,7 +27,7 @@ pub mod two_link;
 
 pub use adaptive::{Tolerance, dormand_prince};
 pub use duffing::Duffing;
-pub use input::{Hold, Input, InputFn, SampledInput};
+pub use input::{Hold, Input, InputFn, SampledInput, SmoothInput};
 pub use integrate::{SimulationError, Trajectory, rk4, rk4_sampled};
 pub use model::{Model, ModelError, System};
 pub use plant::Plant;

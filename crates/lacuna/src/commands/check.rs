@@ -8,6 +8,7 @@ pub(super) mod table;
 mod warnings;
 
 use super::Outcome;
+use super::kind::read_equations;
 use channels::{Channel, Input, Run};
 use clap::Args;
 use lacuna::discrepancy::Dataset;
@@ -51,7 +52,7 @@ struct Report {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
-    let model = Model::read(&a.model)?;
+    let model = read_equations(&a.model)?;
     let recordings = a
         .recordings
         .iter()

@@ -1,6 +1,7 @@
 //! `lacuna diagnose`: find the physics that a model leaves out.
 
 use super::Outcome;
+use super::kind::read_equations;
 use crate::output::{colour, spinner, write_whole};
 use clap::Args;
 use lacuna::discrepancy::diagnose::{self, Proof};
@@ -39,7 +40,7 @@ pub struct Arguments {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
-    let model = Model::read(&a.model)?;
+    let model = read_equations(&a.model)?;
     let (training, held_out) = datasets(&model, &a.recordings, &a.held_out)?;
     let bar = spinner(a.quiet || a.json);
     let outcome = diagnose::diagnose(&model, &training, &held_out, &|doing| {

@@ -4,6 +4,7 @@ pub mod check;
 pub mod demo;
 pub mod diagnose;
 pub mod identify;
+mod kind;
 pub mod simulate;
 
 use std::process::ExitCode;

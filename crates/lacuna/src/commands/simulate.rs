@@ -1,10 +1,10 @@
 //! `lacuna simulate`: run a model on a recording's inputs.
 
 use super::Outcome;
+use super::kind::AnyModel;
 use clap::Args;
-use lacuna::discrepancy::prediction::{DEFAULT_WARMUP, Prediction, Predictor};
-use lacuna::discrepancy::{Dataset, Observed};
-use lacuna::plants::Model;
+use lacuna::discrepancy::prediction::DEFAULT_WARMUP;
+use lacuna::discrepancy::{Dataset, Observed, Prediction};
 use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// The model file
+    /// The model: a TOML file of equations, or model.json of `lacuna identify`
     model: PathBuf,
     /// The recording whose inputs drive the model: FILE.csv, FILE.csv#rows=100..200 or
     /// FILE.csv#t=1.0..2.5
@@ -63,8 +63,8 @@ struct ChannelError {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
-    let model = Model::read(&a.model)?;
-    let dataset = Dataset::read(&model, std::slice::from_ref(&a.like))?;
+    let model = AnyModel::read(&a.model)?;
+    let dataset = model.dataset(&a.like)?;
     let observed = &dataset.recordings[0];
     if a.horizon.is_none() && !(2..observed.len()).contains(&a.warmup) {
         return Err(format!(
@@ -76,11 +76,10 @@ pub fn run(a: &Arguments) -> Outcome {
         )
         .into());
     }
-    let predictor = Predictor::new(&model, &dataset);
-    let (prediction, mode) = match a.horizon {
-        Some(horizon) => (predictor.windowed(observed, horizon), "windowed"),
-        None => (predictor.free_run(observed, a.warmup), "free_run"),
-    };
+    let prediction = model
+        .predict(&dataset, a.horizon, a.warmup)
+        .map_err(|e| format!("{}: {e}", a.model.display()))?;
+    let mode = if a.horizon.is_some() { "windowed" } else { "free_run" };
     let empty = |k: &usize| prediction.squares(observed, *k).1 == 0;
     if let Some(k) = (0..dataset.outputs.len()).find(empty) {
         return Err(format!(
@@ -99,12 +98,16 @@ pub fn run(a: &Arguments) -> Outcome {
         .into());
     }
     if let Some(path) = &a.out {
-        write_csv_with_time(path, &simulated(&dataset, observed, &prediction), &model.time_column)?;
+        write_csv_with_time(
+            path,
+            &simulated(&dataset, observed, &prediction),
+            model.time_column(),
+        )?;
     }
     let report = Report {
         channels: channels(&dataset, observed, &prediction),
         mode: mode.to_owned(),
-        model: model.name.clone(),
+        model: model.name(&a.model),
         recording: observed.name.clone(),
         horizon_s: a.horizon,
         warmup_samples: if a.horizon.is_none() { a.warmup } else { 0 },

@@ -1,0 +1,95 @@
+//! What a model predicts of a recording: free runs and windows, the state at each start
+//! estimated from the recording itself, never a parameter.
+
+mod identified;
+mod model;
+mod state;
+mod substeps;
+
+pub use identified::IdentifiedPredictor;
+pub(crate) use model::Driven;
+pub use model::Predictor;
+pub(crate) use state::state_step;
+
+use crate::dataset::Observed;
+use lacuna_plants::{SimulationError, Trajectory};
+use std::ops::Range;
+
+/// Series of each output.
+type Series = Vec<Vec<f64>>;
+
+/// Samples that the error of a free run leaves out: they estimate the initial state.
+pub const DEFAULT_WARMUP: usize = 50;
+
+/// Predicted and measured series of one recording.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    /// Predicted outputs, as [`Observed::outputs`]; NaN where the model diverged.
+    pub outputs: Vec<Vec<f64>>,
+    /// The samples that count for the error.
+    pub counted: Range<usize>,
+}
+
+impl Prediction {
+    /// Root mean square of measured minus predicted, over samples that were measured.
+    /// Infinite where the model diverged, not a number where nothing was measured.
+    #[must_use]
+    pub fn rmse(&self, observed: &Observed, output: usize) -> f64 {
+        let (sum, count) = self.squares(observed, output);
+        (sum / count as f64).sqrt()
+    }
+
+    /// Sum of squares of measured minus predicted, and the number of samples.
+    #[must_use]
+    pub fn squares(&self, observed: &Observed, output: usize) -> (f64, usize) {
+        let measured = &observed.outputs[output][self.counted.clone()];
+        let predicted = &self.outputs[output][self.counted.clone()];
+        let pairs = measured.iter().zip(predicted).filter(|(y, _)| y.is_finite());
+        pairs.fold((0.0, 0), |(sum, n), (y, p)| {
+            let e = y - p;
+            (if e.is_finite() { sum + e * e } else { f64::INFINITY }, n + 1)
+        })
+    }
+}
+
+/// Windows of about `horizon` seconds that cover all samples; a short rest joins the last.
+#[must_use]
+pub fn windows(times: &[f64], horizon: f64) -> Vec<Range<usize>> {
+    let n = times.len();
+    let span = times[n - 1] - times[0];
+    let count = (span / horizon).round().clamp(1.0, (n / 4).max(1) as f64) as usize;
+    let edge = |k: usize| {
+        if k == count {
+            return n;
+        }
+        let t = times[0] + span * k as f64 / count as f64;
+        times.partition_point(|&s| s < t - 1e-9 * span)
+    };
+    // On uneven sampling a window may hold too little to run through: it joins its neighbour.
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for end in (1..=count).map(edge) {
+        let start = out.last().map_or(0, |r| r.end);
+        match out.last_mut() {
+            Some(last) if end - start < 2 => last.end = end,
+            _ if end - start < 2 => {}
+            _ => out.push(start..end),
+        }
+    }
+    out
+}
+
+/// States, row after row, of as many samples as a run reaches before it diverges, and their number.
+fn until_diverged(
+    times: &[f64],
+    simulate: impl Fn(usize) -> Result<Trajectory, SimulationError>,
+) -> (Vec<f64>, usize) {
+    let reached = match simulate(times.len()) {
+        Ok(trajectory) => return (trajectory.states, times.len()),
+        Err(SimulationError::Diverged { time, .. }) => times.partition_point(|&t| t < time),
+        Err(_) => return (vec![], 0),
+    };
+    match simulate(reached) {
+        Ok(trajectory) => (trajectory.states, reached),
+        Err(_) => (vec![], 0),
+    }
+}

@@ -1,0 +1,128 @@
+//! The state at the beginning of a run, fitted to the samples that follow; and the runs from it.
+
+use super::{Prediction, Series, windows};
+use crate::dataset::Observed;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// A model on one recording, as the fit of a state sees it.
+pub(super) trait Runner {
+    /// The recording.
+    fn observed(&self) -> &Observed;
+
+    /// Weight of each output's residual: one over its noise.
+    fn weights(&self) -> &[f64];
+
+    /// A first guess of the state at a sample.
+    fn guess(&self, at: usize) -> Vec<f64>;
+
+    /// Outputs over `range` from the whole state `x0`; NaN from where the model diverges.
+    fn run(&self, range: Range<usize>, x0: &[f64]) -> Series;
+}
+
+/// The state (memory of effects included) at the beginning of `range` that fits its samples best
+/// (Levenberg-Marquardt on the state alone).
+pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>) -> Vec<f64> {
+    let mut x = runner.guess(range.start);
+    let mut rest = residual(runner, &range, &x);
+    let mut damping = 1e-3;
+    for _ in 0..20 {
+        let jacobian = jacobian(runner, &range, &x, &rest);
+        let gradient = jacobian.tr_mul(&rest);
+        let normal = jacobian.tr_mul(&jacobian);
+        let before = rest.norm_squared();
+        let mut improved = false;
+        for _ in 0..8 {
+            let Some(step) = damped_step(&normal, &gradient, damping) else { break };
+            let candidate: Vec<f64> = x.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
+            let trial = residual(runner, &range, &candidate);
+            if trial.norm_squared() < before {
+                (x, rest) = (candidate, trial);
+                damping = (damping * 0.1).max(1e-9);
+                improved = true;
+                break;
+            }
+            damping *= 10.0;
+        }
+        if !improved || before - rest.norm_squared() < 1e-4 * before.min(1e3) {
+            break;
+        }
+    }
+    x
+}
+
+/// Weighted residual over a range; a large finite number where the model diverges, so
+/// that the fit can still compare.
+pub(super) fn residual(runner: &impl Runner, range: &Range<usize>, x: &[f64]) -> DVector<f64> {
+    let predicted = runner.run(range.clone(), x);
+    let mut out = Vec::new();
+    for (k, series) in predicted.iter().enumerate() {
+        let measured = &runner.observed().outputs[k][range.clone()];
+        for (y, p) in measured.iter().zip(series).filter(|(y, _)| y.is_finite()) {
+            let e = (y - p) * runner.weights()[k];
+            out.push(if e.is_finite() { e.clamp(-1e6, 1e6) } else { 1e6 });
+        }
+    }
+    DVector::from_vec(out)
+}
+
+/// Derivative of the prediction with respect to the state at the beginning, by forward
+/// differences.
+fn jacobian(
+    runner: &impl Runner,
+    range: &Range<usize>,
+    x: &[f64],
+    rest: &DVector<f64>,
+) -> DMatrix<f64> {
+    let columns: Vec<_> = (0..x.len())
+        .map(|i| {
+            let mut moved = x.to_vec();
+            let h = state_step(x[i]);
+            moved[i] += h;
+            (rest - residual(runner, range, &moved)) / h
+        })
+        .collect();
+    DMatrix::from_columns(&columns)
+}
+
+/// A run to the end from the state that fits the first `warmup` samples, which do not
+/// count for the error.
+pub(super) fn free_run(runner: &impl Runner, warmup: usize) -> Prediction {
+    let samples = runner.observed().len();
+    let warmup = warmup.clamp(2, samples);
+    let x0 = fit_state(runner, 0..warmup);
+    let counted = if warmup < samples { warmup..samples } else { 0..warmup };
+    Prediction { outputs: runner.run(0..samples, &x0), counted }
+}
+
+/// Runs of `horizon` seconds, the state at the beginning of each fitted to that window.
+pub(super) fn windowed(runner: &impl Runner, horizon: f64) -> Prediction {
+    let observed = runner.observed();
+    let mut outputs = vec![Vec::with_capacity(observed.len()); runner.weights().len()];
+    for range in windows(&observed.times, horizon) {
+        let x0 = fit_state(runner, range.clone());
+        for (all, part) in outputs.iter_mut().zip(runner.run(range, &x0)) {
+            all.extend(part);
+        }
+    }
+    Prediction { outputs, counted: 0..observed.len() }
+}
+
+fn damped_step(
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let mut damped = normal.clone();
+    let largest = normal.diagonal().max();
+    for i in 0..damped.nrows() {
+        // A state that leaves no trace in the window stays where it is.
+        damped[(i, i)] += damping * normal[(i, i)] + 1e-14 * largest + f64::MIN_POSITIVE;
+    }
+    damped.cholesky().map(|c| c.solve(gradient))
+}
+
+/// Step of a forward difference with respect to a state.
+pub(crate) fn state_step(x: f64) -> f64 {
+    1e-6 * (1e-2 + x.abs())
+}

@@ -1,0 +1,51 @@
+//! How many RK4 steps a model needs from one sample to the next.
+
+use super::Series;
+use crate::dataset::{Dataset, Observed};
+use std::ops::Range;
+
+/// Most RK4 steps between two samples.
+const MOST_SUBSTEPS: usize = 32;
+
+/// Three stretches of a recording on which steps are compared.
+pub(super) fn stretches(observed: &Observed) -> [Range<usize>; 3] {
+    const STRETCH: usize = 400;
+    let length = observed.len().min(STRETCH);
+    [0, 1, 2].map(|k| k * (observed.len() - length) / 2).map(|start| start..start + length)
+}
+
+/// Fewest RK4 steps a sample whose error over some stretches stays well below the noise:
+/// doubled until doubling changes little. `runs` are those of the stretches with so many steps.
+pub(super) fn fewest(dataset: &Dataset, runs: impl Fn(usize) -> [Series; 3]) -> usize {
+    const TOLERANCE: f64 = 0.01;
+    let mut substeps = 1;
+    let mut coarse = runs(substeps);
+    while substeps < MOST_SUBSTEPS {
+        substeps *= 2;
+        let fine = runs(substeps);
+        let pairs = coarse.iter().zip(&fine);
+        let change = pairs.map(|(a, b)| weighted_distance(dataset, a, b)).fold(0.0, f64::max);
+        if change < TOLERANCE {
+            return substeps / 2;
+        }
+        coarse = fine;
+    }
+    substeps
+}
+
+/// Largest difference of two sets of series in units of the noise, or of a thousandth of
+/// the channel's range where the noise is finer than any model follows.
+fn weighted_distance(dataset: &Dataset, a: &Series, b: &Series) -> f64 {
+    let mut largest = 0.0f64;
+    for (k, (a, b)) in a.iter().zip(b).enumerate() {
+        let w = (1.0 / dataset.noise_sd(k)).min(1e3 / dataset.half_range(k));
+        for (x, y) in a.iter().zip(b) {
+            // Where both diverge nothing can be compared.
+            if x.is_finite() || y.is_finite() {
+                let d = ((x - y) * w).abs();
+                largest = if d.is_nan() { f64::INFINITY } else { largest.max(d) };
+            }
+        }
+    }
+    largest
+}

@@ -1,0 +1,118 @@
+//! A model of equations (TOML) or one that `lacuna identify` wrote (JSON), known by its text.
+
+use lacuna::discrepancy::{Dataset, DiagnoseError, IdentifiedPredictor, Prediction, Predictor};
+use lacuna::occupation::{IdentifiedModel, ModelFileError, Names};
+use lacuna::plants::Model;
+use lacuna::recordings::{RecordingSource, read_csv};
+use std::error::Error;
+use std::path::Path;
+
+/// A model that can be run on a recording.
+pub enum AnyModel {
+    /// Equations with parameters.
+    Equations(Box<Model>),
+    /// Identified from recordings, and what its columns are called.
+    Identified(Box<(IdentifiedModel, Names)>),
+}
+
+impl AnyModel {
+    /// Read a model file of either kind.
+    ///
+    /// # Errors
+    /// What is wrong with the file, with its path.
+    pub fn read(path: &Path) -> Result<Self, Box<dyn Error>> {
+        if !is_json_object(path) {
+            return Ok(Self::Equations(Box::new(Model::read(path)?)));
+        }
+        let model = IdentifiedModel::load(path).map_err(|e| match e {
+            ModelFileError::Json { path, reason } => format!(
+                "{}: a JSON file, but no model that `lacuna identify` wrote: {reason}",
+                path.display()
+            ),
+            error @ ModelFileError::Io { .. } => error.to_string(),
+        })?;
+        match model.names().cloned() {
+            Some(names) => Ok(Self::Identified(Box::new((model, names)))),
+            None => Err(format!("{}: {}", path.display(), DiagnoseError::Unnamed).into()),
+        }
+    }
+
+    /// The name of its equations; what is identified is called by its file.
+    pub fn name(&self, path: &Path) -> String {
+        match self {
+            Self::Equations(model) => model.name.clone(),
+            Self::Identified(_) => path.display().to_string(),
+        }
+    }
+
+    /// Column of time in recordings.
+    pub fn time_column(&self) -> &str {
+        match self {
+            Self::Equations(model) => &model.time_column,
+            Self::Identified(identified) => &identified.1.time,
+        }
+    }
+
+    /// A recording in the model's channels.
+    pub fn dataset(&self, like: &RecordingSource) -> Result<Dataset, DiagnoseError> {
+        match self {
+            Self::Equations(model) => Dataset::read(model, std::slice::from_ref(like)),
+            Self::Identified(identified) => {
+                let (model, names) = &**identified;
+                let recording = read_csv(like, &names.time)?;
+                Dataset::of_identified(names, model.order(), &[recording])
+            }
+        }
+    }
+
+    /// Windows of `horizon` seconds, or a free run without it.
+    pub fn predict(
+        &self,
+        dataset: &Dataset,
+        horizon: Option<f64>,
+        warmup: usize,
+    ) -> Result<Prediction, DiagnoseError> {
+        let observed = &dataset.recordings[0];
+        match self {
+            Self::Equations(model) => {
+                let predictor = Predictor::new(model, dataset);
+                Ok(match horizon {
+                    Some(horizon) => predictor.windowed(observed, horizon),
+                    None => predictor.free_run(observed, warmup),
+                })
+            }
+            Self::Identified(identified) => {
+                let predictor = IdentifiedPredictor::new(&identified.0, dataset)?;
+                match horizon {
+                    Some(horizon) => predictor.windowed(observed, horizon),
+                    None => predictor.free_run(observed, warmup),
+                }
+            }
+        }
+    }
+}
+
+/// Read a model of equations, for what needs its parameters and laws.
+///
+/// # Errors
+/// What is wrong with the file, with its path.
+pub fn read_equations(path: &Path) -> Result<Model, Box<dyn Error>> {
+    // A file of numbers in one line is no help where the reader of models points at its mistake.
+    if is_json_object(path) {
+        return Err(format!(
+            "{}: a JSON file, such as `lacuna identify` writes for `lacuna simulate`; expected a \
+             model of equations (TOML)",
+            path.display()
+        )
+        .into());
+    }
+    Ok(Model::read(path)?)
+}
+
+/// Whether the first sign of the text is that of a JSON object: no TOML begins with it. A file
+/// that cannot be read is left to the reader of models, which says why.
+fn is_json_object(path: &Path) -> bool {
+    let bytes = std::fs::read(path).unwrap_or_default();
+    let text = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
+    text.trim_ascii_start().starts_with(b"{")
+}

@@ -1,0 +1,94 @@
+//! `lacuna check`.
+
+use crate::bench::{Bench, MODEL, ROWS, Run, STEP, arguments, stderr, stdout};
+use serde_json::Value;
+
+fn warnings(report: &Value) -> Vec<&str> {
+    report["warnings"].as_array().unwrap().iter().map(|w| w.as_str().unwrap()).collect()
+}
+
+#[test]
+fn check_tells_what_good_recordings_hold() {
+    let (bench, runs) = Bench::with_runs(1..=3);
+    let report = bench.json(&arguments(&["check", "model.toml", "--json"], &runs));
+    assert_eq!(warnings(&report), [""; 0]);
+    assert_eq!(report["recordings"][0]["rows"], ROWS);
+    assert!((report["recordings"][2]["step_s"].as_f64().unwrap() - STEP).abs() < 1e-9);
+    assert_eq!(report["recordings"][1]["uniform"], true);
+    assert_eq!(report["not_measured"], serde_json::json!(["dx"]));
+    let noise = report["channels"][0]["noise_sd"].as_f64().unwrap();
+    assert!((noise / 1e-3 - 1.0).abs() < 0.15, "{noise}");
+    // Three recordings with three frequencies each, some of them close together.
+    let order = report["inputs"][0]["order"].as_u64().unwrap();
+    assert!((6..=18).contains(&order), "{order}");
+    for p in report["parameters"]["list"].as_array().unwrap() {
+        assert_eq!(p["excited"], true);
+        assert!(p["std_after"].as_f64().unwrap() < 0.1 * p["std_before"].as_f64().unwrap(), "{p}");
+    }
+    let text = stdout(&bench.lacuna(&arguments(&["check", "model.toml"], &runs)));
+    assert!(text.contains("run2.csv") && text.contains("no warnings"), "{text}");
+    let quiet = bench.lacuna(&arguments(&["check", "model.toml", "--quiet"], &runs));
+    assert_eq!((stdout(&quiet).as_str(), quiet.status.code()), ("", Some(0)));
+}
+
+#[test]
+fn check_converts_units_and_names_columns_that_are_not_used() {
+    let bench = Bench::new();
+    let measured = "[[measurement]]\ncolumn = \"x_mm\"\nof = \"x\"\nunit = \"mm\"\n";
+    bench.write("model.toml", &format!("{MODEL}\n{measured}"));
+    let run = Run::new(1);
+    let mm: Vec<f64> = run.x.iter().map(|x| (1e3 * x / 100.0).round() * 100.0).collect();
+    let columns: [(&str, &[f64]); 4] =
+        [("t", &run.t), ("x_mm", &mm), ("u", &run.u), ("temperature", &run.dx)];
+    bench.write("run.csv", &Run::csv(&columns));
+    let report = bench.json(&["check", "model.toml", "run.csv", "--json"]);
+    let channel = &report["channels"][0];
+    assert_eq!((&channel["column"], &channel["unit"]), (&"x_mm".into(), &"m".into()));
+    assert!((channel["factor"].as_f64().unwrap() - 1e-3).abs() < 1e-15);
+    assert!((channel["quantum"].as_f64().unwrap() - 0.1).abs() < 1e-6);
+    assert_eq!(report["not_used"], serde_json::json!(["temperature"]));
+}
+
+#[test]
+fn check_warns_of_what_the_recordings_cannot_tell() {
+    let bench = Bench::new();
+    let run = Run::new(2);
+    // Rest in the well at x = 1, where the input does nothing and drifts are balanced.
+    let still: Vec<f64> = run
+        .x
+        .iter()
+        .enumerate()
+        .map(|(k, _)| 1.0 + 1e-3 * ((k * k * 7 % 11) as f64 - 5.0))
+        .collect();
+    let zero = vec![0.0; ROWS];
+    bench.write("still.csv", &Run::csv(&[("t", &run.t), ("x", &still), ("u", &zero)]));
+    let output = bench.lacuna(&["check", "model.toml", "still.csv", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let said = warnings(&report).join("\n");
+    assert!(said.contains("channel 'x' barely moves"), "{said}");
+    assert!(said.contains("input 'u' never changes"), "{said}");
+    assert!(said.contains("parameter 'b' is not excited"), "{said}");
+    assert!(said.contains("'k1' and 'k3' cannot be told apart"), "{said}");
+}
+
+#[test]
+fn check_warns_of_dropped_rows_other_sampling_and_other_units() {
+    let bench = Bench::new();
+    let (run, other) = (Run::new(1), Run::new(2));
+    bench.write("run1.csv", &run.position_only());
+    let text = run.position_only();
+    let keep = |(k, _): &(usize, &str)| *k == 0 || k % 50 > 4;
+    let kept: Vec<&str> = text.lines().enumerate().filter(keep).map(|(_, l)| l).collect();
+    bench.write("gaps.csv", &kept.join("\n"));
+    let mm: Vec<f64> = other.x.iter().map(|x| 1e3 * x).collect();
+    let slow: Vec<f64> = other.t.iter().map(|t| 2.0 * t).collect();
+    bench.write("other.csv", &Run::csv(&[("t", &slow), ("x", &mm), ("u", &other.u)]));
+    let files = ["run1.csv", "gaps.csv", "other.csv"].map(str::to_owned);
+    let report = bench.json(&arguments(&["check", "model.toml", "--json"], &files));
+    let said = warnings(&report).join("\n");
+    assert!(said.contains("other.csv: column 'x' moves"), "{said}");
+    assert!(said.contains("other.csv is sampled every 0.04 s"), "{said}");
+    assert!(said.contains("gaps.csv: 9 % of the rows are dropped"), "{said}");
+    assert_eq!(report["recordings"][1]["gaps"], 11);
+}
