@@ -64,7 +64,9 @@ fn wrong_units_and_wrong_options_are_refused() {
     let said = bench.error(&["identify", &runs[0], "--window", "1000"]);
     assert!(said.contains("--window"), "{said}");
     let said = bench.error(&["identify", &runs[0], "--window", "0.05"]);
-    assert!(said.contains("at least 8 are needed"), "{said}");
+    assert!(said.contains("--window: 0.05 s hold 3 samples, at least 24 are needed"), "{said}");
+    let said = bench.error(&["identify", &runs[0], "--widths", "1,2,3"]);
+    assert!(said.contains("expected 2, one for each of x, dx; found 3"), "{said}");
     // Nothing is written when the regression fails.
     bench.error(&["identify", &runs[0], "--window", "0.05", "--out", "found"]);
     assert!(!bench.path("found").exists());

@@ -62,7 +62,34 @@ fn widths(choice: &BlockChoice, columns: &Columns) -> String {
 
 /// What the data cannot tell.
 pub fn warnings(report: &Report, columns: &Columns) -> Vec<String> {
-    report.warnings.iter().map(|w| warning(w, columns)).collect()
+    let said = report.warnings.iter().map(|w| warning(w, columns));
+    said.chain(no_effect(report, columns)).collect()
+}
+
+/// Effectivenesses that are smaller than their standard deviation, where no warning says so yet:
+/// they are better known than before the data, and still may be none.
+fn no_effect(report: &Report, columns: &Columns) -> Vec<String> {
+    let said = |i: usize, j: usize| {
+        report.warnings.iter().any(|w| {
+            matches!(w, Warning::NotExcited { input, coordinate, .. } if (*coordinate, *input) == (i, j))
+        })
+    };
+    let mut out = Vec::new();
+    for (i, row) in report.rows.iter().enumerate() {
+        for (j, block) in row.blocks.iter().skip(1).enumerate() {
+            if block.sd > block.rms && !said(i, j) {
+                out.push(format!(
+                    "'{}' may have no effect on '{}': g is {} (rms) with a standard deviation of {}; if it has one, \
+                     move that input more, and by itself",
+                    columns.inputs[j],
+                    columns.channels[i],
+                    number(block.rms),
+                    number(block.sd)
+                ));
+            }
+        }
+    }
+    out
 }
 
 fn warning(warning: &Warning, columns: &Columns) -> String {

@@ -17,6 +17,9 @@ const OVERLAP: usize = 8;
 const SHORTEST_STRIDE: usize = 5;
 /// Steps in the shortest window that is chosen.
 const FEWEST_STEPS: f64 = 16.0;
+/// Fewest samples in a window that is given: on shorter ones, with free initial values, nearly any
+/// smooth curve is as good as the model.
+const SHORTEST_WINDOW: usize = 24;
 /// Samples beyond the order without which a test function's first moments cannot be exact.
 const FEWEST_BEYOND_ORDER: usize = 6;
 /// Most windows.
@@ -43,6 +46,7 @@ impl Settings {
     ) -> Result<Self, Box<dyn Error>> {
         check_moving(columns, training)?;
         let step = step(training);
+        check_given(a, columns, step)?;
         let window_s = match a.window {
             Some(seconds) => seconds,
             None => window(columns, training, step),
@@ -86,6 +90,28 @@ impl Settings {
     pub fn long_enough<'m>(&self, motion: &'m Motion) -> Vec<&'m Stretch> {
         let long = |s: &&Stretch| duration(s) >= self.window_s;
         motion.stretches.iter().filter(long).collect()
+    }
+}
+
+/// Refuses widths and windows that do not suit the recordings.
+fn check_given(a: &Arguments, columns: &Columns, step: f64) -> Result<(), String> {
+    let arguments = &columns.arguments;
+    if !a.widths.is_empty() && a.widths.len() != arguments.len() {
+        return Err(format!(
+            "--widths: expected {}, one for each of {}; found {}",
+            arguments.len(),
+            arguments.join(", "),
+            a.widths.len()
+        ));
+    }
+    // A window of a whole number of steps may fall short of its last sample by rounding.
+    let samples = |window: f64| (window / step * (1.0 + 1e-9)) as usize + 1;
+    match a.window.map(|window| (window, samples(window))) {
+        Some((window, found)) if found < SHORTEST_WINDOW => Err(format!(
+            "--window: {} s hold {found} samples, at least {SHORTEST_WINDOW} are needed",
+            number(window)
+        )),
+        _ => Ok(()),
     }
 }
 
