@@ -145,8 +145,12 @@ fn identify_warns_of_an_input_that_does_not_move() {
     assert!(text.contains("the effectiveness of 'u2' cannot be told"), "{text}");
     write("nearly.csv", &nearly);
     let text = stdout(&bench.lacuna(&["identify", "nearly.csv"]));
-    assert!(text.contains("'u2' may have no effect on 'x'"), "{text}");
-    assert!(!text.contains("'u1' may have"), "{text}");
+    // Which of the two notes it is depends on how wide the prior was.
+    let doubted = |input: &str| {
+        text.contains(&format!("'{input}' may have no effect on 'x'"))
+            || text.contains(&format!("hardly tell what '{input}' does to 'x'"))
+    };
+    assert!(doubted("u2") && !doubted("u1"), "{text}");
 }
 
 #[test]
