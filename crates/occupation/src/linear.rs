@@ -7,7 +7,7 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::{Accum, Mat, MatMut, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 /// A pivot of the Cholesky factorisation that is not positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,6 +64,11 @@ impl Factor {
     /// C^-T X in place of X.
     pub fn solve_lower_transposed(&self, right: &mut Mat<f64>) {
         solve_upper_triangular_in_place(self.lower.transpose(), right.as_mut(), Par::Seq);
+    }
+
+    /// C; above the diagonal anything.
+    pub fn lower(&self) -> MatRef<'_, f64> {
+        self.lower.as_ref()
     }
 
     /// C_ij of the lower triangle.

@@ -7,7 +7,7 @@
 //! Landmarks z are taken one by one where the kernel is worst represented, until no candidate is left with more than
 //! a tolerance of its variance: then the features are the kernel on all candidates (Fine and Scheinberg, JMLR 2001).
 
-use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular};
 use faer::{Accum, Mat, MatRef, Par};
 
 use super::family::ScaledKernel;
@@ -23,6 +23,8 @@ pub(crate) struct Basis {
     pub landmarks: Vec<f64>,
     /// Scaled landmarks, coordinate by coordinate.
     columns: Vec<f64>,
+    /// Whether the landmarks leave nothing of the kernel on the candidates.
+    complete: bool,
     /// L^-T, so that rows of features are rows of kernel values times it.
     pub inverse: Mat<f64>,
 }
@@ -60,11 +62,12 @@ impl Basis {
             pivots.push(pivot);
             factor.push(column);
         }
+        let complete = largest(&left).1 <= stop;
         let landmarks: Vec<f64> =
             pivots.iter().flat_map(|&k| &candidates[k * d..(k + 1) * d]).copied().collect();
         let inverse = inverse_of_lower(pivots.len(), |i, j| factor[j][pivots[i]]);
         let columns = kernel.scaled_columns(&landmarks);
-        Self { kernel, spec, landmarks, columns, inverse }
+        Self { kernel, spec, landmarks, columns, complete, inverse }
     }
 
     /// All of the landmarks, in the order in which they were once chosen; none where they are not independent.
@@ -77,7 +80,7 @@ impl Basis {
         let gram = Mat::from_fn(rank, rank, |i, j| spec.evaluate(&point(i), &point(j)));
         let factor = Factor::of(gram).ok()?;
         let inverse = inverse_of_lower(rank, |i, j| factor.entry(i, j));
-        Some(Self { kernel, spec, landmarks, columns, inverse })
+        Some(Self { kernel, spec, landmarks, columns, complete: true, inverse })
     }
 
     /// Number of features.
@@ -121,19 +124,50 @@ impl Basis {
     /// Kernel values of points (rows x d), one row a point.
     pub fn kernel_rows(&self, points: &[f64]) -> Mat<f64> {
         let (d, rank) = (self.kernel.widths.len(), self.rank());
-        let rows = points.len() / d;
-        let mut values = vec![0.0; rows * rank];
-        let mut scaled = vec![0.0; d];
-        for (x, row) in points.chunks_exact(d).zip(values.chunks_exact_mut(rank.max(1))) {
-            self.kernel_row(x, &mut scaled, row);
+        let columns = self.kernel.scaled_columns(points);
+        let mut values = Mat::zeros(points.len() / d, rank);
+        let mut landmark = vec![0.0; d];
+        for j in 0..rank {
+            let coordinates = landmark.iter_mut().enumerate();
+            coordinates.for_each(|(i, z)| *z = self.columns[i * rank + j]);
+            // Kernels are symmetric: the points stand where landmarks stand in `kernel_row`.
+            self.spec.evaluate_row(&landmark, &columns, values.col_as_slice_mut(j));
         }
-        MatRef::from_row_major_slice(&values, rows, rank).to_owned()
+        values
+    }
+
+    /// Whether features times features are the kernel, on all candidates.
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// Kernel values of points (rows x d) with one another.
+    pub fn kernel_matrix(&self, points: &[f64]) -> Mat<f64> {
+        let d = self.kernel.widths.len();
+        let count = points.len() / d;
+        let columns = self.kernel.scaled_columns(points);
+        let mut values = Mat::zeros(count, count);
+        for j in 0..count {
+            let point: Vec<f64> = (0..d).map(|i| columns[i * count + j]).collect();
+            self.spec.evaluate_row(&point, &columns, values.col_as_slice_mut(j));
+        }
+        values
     }
 
     /// Rows of kernel values, or integrals of them, to rows of features.
     pub fn to_features(&self, kernel_rows: MatRef<'_, f64>) -> Mat<f64> {
         let mut features = Mat::zeros(kernel_rows.nrows(), self.rank());
-        matmul(&mut features, Accum::Replace, kernel_rows, &self.inverse, 1.0, Par::Seq);
+        triangular(
+            &mut features,
+            BlockStructure::Rectangular,
+            Accum::Replace,
+            kernel_rows,
+            BlockStructure::Rectangular,
+            &self.inverse,
+            BlockStructure::TriangularUpper,
+            1.0,
+            Par::Seq,
+        );
         features
     }
 

@@ -9,16 +9,16 @@
 //! family of greatest evidence stays. Log-normal priors, wide on purpose, keep widths of dimensions that do not matter
 //! from running away.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use super::IdentificationError;
 use super::basis::Basis;
-use super::evidence::{Normal, Posterior};
+use super::data::CLEARLY;
+use super::evidence::Posterior;
 use super::family::{Family, ScaledKernel};
 use super::optimise::minimise;
-use super::weak::WeakRow;
+use super::weak::{Remainders, WeakRow};
 use crate::linear::NonPositivePivot;
 
 /// Prior standard deviation of log widths about twice the spread of the arguments.
@@ -27,25 +27,18 @@ const WIDTH_PRIOR: f64 = 1.5;
 const AMPLITUDE_PRIOR: f64 = 4.0;
 /// Variance left by the landmarks while kernels are chosen.
 const TOLERANCE: f64 = 1e-10;
-/// Most landmarks of a block while kernels are chosen.
-const MOST_LANDMARKS: usize = 120;
-/// Rounds over the blocks with the families found.
-const ROUNDS: usize = 2;
 /// Width, in spreads, of an argument on which a function does not depend.
 const FLAT: f64 = 1e4;
 /// Nats that a feature must bring: families with fewer are preferred where the data cannot tell.
 const PRICE: f64 = 0.02;
 /// Nats that dependence on another argument must bring ...
-const WORTH: f64 = 10.0;
+const WORTH: f64 = 1.0;
 /// ... and for each equation, where the misfit is systematic: more than this times the samples' noise.
-const CLEARLY: f64 = 2.0;
 const SYSTEMATIC: f64 = 0.1;
 /// ... and, for any but the first argument, of what the first brought.
 const OF_FIRST: f64 = 0.5;
 /// Nats that another iteration must gain.
 const GAIN: f64 = 0.05;
-/// Iterations on one block.
-const ITERATIONS: usize = 12;
 
 /// The prior of one function f_i or g_ij.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -87,6 +80,29 @@ pub(crate) struct Start<'s> {
     pub widths: Option<&'s [f64]>,
     /// lambda = sigma^2 / a^2 that is given.
     pub lambda: Option<f64>,
+    /// How thoroughly to search.
+    pub effort: Effort,
+}
+
+/// How thoroughly to search.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Effort {
+    /// Most families that are tried.
+    families: usize,
+    /// Rounds over the blocks.
+    rounds: usize,
+    /// Most iterations on one block.
+    iterations: usize,
+    /// Most landmarks of a block.
+    landmarks: usize,
+}
+
+impl Effort {
+    /// Enough for a trial model.
+    pub const QUICK: Self = Self { families: 1, rounds: 1, iterations: 6, landmarks: 80 };
+    /// Until nothing is gained.
+    pub const THOROUGH: Self =
+        Self { families: usize::MAX, rounds: 2, iterations: 12, landmarks: 160 };
 }
 
 /// Chooses the priors of one coordinate.
@@ -106,13 +122,13 @@ pub(crate) fn choose(
         if search.is_constant(b) {
             continue;
         }
-        for &family in start.families {
+        for &family in start.families.iter().take(start.effort.families) {
             if family != search.blocks[b].choice.kernel.family {
                 search.improve(b, family);
             }
         }
     }
-    for _ in 1..ROUNDS {
+    for _ in 1..start.effort.rounds {
         for b in 0..blocks {
             search.improve(b, search.blocks[b].choice.kernel.family);
         }
@@ -124,7 +140,8 @@ pub(crate) fn choose(
 #[derive(Clone)]
 struct Block {
     choice: BlockChoice,
-    designs: Vec<Mat<f64>>,
+    design: Mat<f64>,
+    remainders: Remainders,
 }
 
 /// A block with the noise and evidence that it leads to.
@@ -151,7 +168,7 @@ impl<'s> Search<'s> {
             blocks: Vec::new(),
             noise_sd: start.noise_sd,
             log_evidence: f64::NEG_INFINITY,
-            equations: row.right_hand_sides().map(|(r, lost)| r.len() - lost.min(r.len())).sum(),
+            equations: row.equations(),
         };
         for (b, &amplitude) in start.amplitudes.iter().enumerate() {
             let mut kernel = search.first_kernel(start.families[0]);
@@ -181,12 +198,16 @@ impl<'s> Search<'s> {
 
     fn basis(&self, choice: &BlockChoice) -> Basis {
         let candidates = self.start.candidates;
-        Basis::choose(choice.kernel.clone(), candidates, TOLERANCE, MOST_LANDMARKS)
+        Basis::choose(choice.kernel.clone(), candidates, TOLERANCE, self.start.effort.landmarks)
     }
 
     fn block(&self, b: usize, choice: BlockChoice) -> Block {
         let basis = self.basis(&choice);
-        Block { designs: self.row.designs(&basis, b), choice }
+        Block {
+            design: self.row.design(&basis, b),
+            remainders: self.row.remainders(&basis, b),
+            choice,
+        }
     }
 
     /// Follows block b uphill as `family`; keeps what is better than before.
@@ -194,7 +215,7 @@ impl<'s> Search<'s> {
         let same = self.blocks[b].choice.kernel.family == family;
         let from = if same { self.blocks[b].choice.clone() } else { self.other(b, family) };
         let found = self.follow(b, from);
-        let features = |block: &Block| block.designs[0].ncols() as f64;
+        let features = |block: &Block| block.design.ncols() as f64;
         let price = PRICE * (features(&found.block) - features(&self.blocks[b]));
         if found.log_evidence > self.log_evidence + price {
             self.accept(b, found);
@@ -251,10 +272,9 @@ impl<'s> Search<'s> {
         let family = from.kernel.family;
         let flat: Vec<bool> =
             (0..self.start.spread.len()).map(|i| self.is_flat(&from, i)).collect();
-        let others = self.others(b);
-        let cost = |theta: &[f64]| -self.penalised(b, family, &flat, &others, theta);
+        let cost = |theta: &[f64]| -self.penalised(b, family, &flat, theta);
         let start = self.parameters(&from, self.noise_sd);
-        let found = minimise(start, GAIN, ITERATIONS, cost);
+        let found = minimise(start, GAIN, self.start.effort.iterations, -self.log_evidence, cost);
         let (choice, noise_sd) = self.decode(b, family, &flat, &found.at);
         Found { block: self.block(b, choice), noise_sd, log_evidence: -found.value }
     }
@@ -308,14 +328,7 @@ impl<'s> Search<'s> {
         )
     }
 
-    fn penalised(
-        &self,
-        b: usize,
-        family: Family,
-        flat: &[bool],
-        others: &Others,
-        theta: &[f64],
-    ) -> f64 {
+    fn penalised(&self, b: usize, family: Family, flat: &[bool], theta: &[f64]) -> f64 {
         if theta.iter().any(|t| !t.is_finite() || t.abs() > 60.0) {
             return f64::NEG_INFINITY;
         }
@@ -323,7 +336,7 @@ impl<'s> Search<'s> {
         let block = self.block(b, choice);
         let prior = |k: usize| if k == b { &block.choice } else { &self.blocks[k].choice };
         let log_priors: f64 = (0..self.blocks.len()).map(|k| self.log_prior(k, prior(k))).sum();
-        match self.posterior(&block, others, noise_sd) {
+        match self.posterior(b, &block, noise_sd) {
             Ok(posterior) => posterior.log_evidence + log_priors,
             Err(NonPositivePivot { .. }) => f64::NEG_INFINITY,
         }
@@ -339,65 +352,40 @@ impl<'s> Search<'s> {
         -0.5 * (widths + amplitude * amplitude)
     }
 
-    /// Inner products of all blocks but b.
-    fn others(&self, b: usize) -> Others {
-        let order: Vec<usize> = (0..self.blocks.len()).filter(|&k| k != b).collect();
-        let prior = order.iter().flat_map(|&k| {
-            let block = &self.blocks[k];
-            std::iter::repeat_n(block.choice.amplitude, block.designs[0].ncols())
-        });
-        let prior: Vec<f64> = prior.collect();
-        let designs = (0..self.blocks[b].designs.len()).map(|w| {
-            let parts: Vec<&Mat<f64>> = order.iter().map(|&k| &self.blocks[k].designs[w]).collect();
-            side_by_side(&parts)
-        });
-        let designs: Vec<Mat<f64>> = designs.collect();
-        let normal = normal(self.row, &designs, prior.len());
-        Others { prior, designs, normal }
-    }
-
     fn posterior(
         &self,
+        b: usize,
         block: &Block,
-        others: &Others,
         noise_sd: f64,
     ) -> Result<Posterior, NonPositivePivot> {
-        let (rank, rest) = (block.designs[0].ncols(), others.prior.len());
-        let own = normal(self.row, &block.designs, rank);
-        let mut cross = Mat::zeros(rest, rank);
-        for (other, own) in others.designs.iter().zip(&block.designs) {
-            matmul(&mut cross, Accum::Add, other.transpose(), own, 1.0, Par::Seq);
-        }
-        // Lower triangle: the block's own columns first.
-        let gram = Mat::from_fn(rank + rest, rank + rest, |i, j| match (i < rank, j < rank) {
-            _ if i < j => 0.0,
-            (true, _) => own.gram[(i, j)],
-            (false, true) => cross[(i - rank, j)],
-            (false, false) => others.normal.gram[(i - rank, j - rank)],
-        });
-        let all = Normal {
-            gram,
-            moment: [own.moment.as_slice(), &others.normal.moment].concat(),
-            square: own.square,
-            equations: own.equations,
-        };
-        let mut prior = vec![block.choice.amplitude; rank];
-        prior.extend_from_slice(&others.prior);
-        all.posterior(&prior, noise_sd)
+        let blocks: Vec<&Block> =
+            (0..self.blocks.len()).map(|k| if k == b { block } else { &self.blocks[k] }).collect();
+        // The block's own columns first.
+        let order = || std::iter::once(b).chain((0..blocks.len()).filter(move |&k| k != b));
+        let parts: Vec<&Mat<f64>> = order().map(|k| &blocks[k].design).collect();
+        let remainders: Vec<(f64, &Remainders)> =
+            blocks.iter().map(|block| (block.choice.amplitude, &block.remainders)).collect();
+        let prior: Vec<f64> = order()
+            .flat_map(|k| std::iter::repeat_n(blocks[k].choice.amplitude, blocks[k].design.ncols()))
+            .collect();
+        let (normal, log_determinant) =
+            self.row.normal(side_by_side(&parts), &remainders, noise_sd)?;
+        let mut posterior = normal.posterior(&prior, 1.0)?;
+        posterior.log_evidence -= 0.5 * log_determinant;
+        Ok(posterior)
     }
 
     fn objective(&self, blocks: &[Block], noise_sd: f64) -> f64 {
-        let others = self.others(0);
         let log_priors: f64 =
             blocks.iter().enumerate().map(|(k, block)| self.log_prior(k, &block.choice)).sum();
-        self.posterior(&blocks[0], &others, noise_sd)
+        self.posterior(0, &blocks[0], noise_sd)
             .map_or(f64::NEG_INFINITY, |p| p.log_evidence + log_priors)
     }
 
     /// phi^T C phi at the landmarks, averaged.
     fn posterior_sd(&self, b: usize) -> Option<f64> {
         let block = &self.blocks[b];
-        let posterior = self.posterior(block, &self.others(b), self.noise_sd).ok()?;
+        let posterior = self.posterior(b, block, self.noise_sd).ok()?;
         let inverse = posterior.factor.inverse();
         let basis = self.basis(&block.choice);
         let features = basis.features(self.start.candidates);
@@ -424,20 +412,6 @@ impl<'s> Search<'s> {
             log_evidence: self.log_evidence,
         }
     }
-}
-
-struct Others {
-    prior: Vec<f64>,
-    designs: Vec<Mat<f64>>,
-    normal: Normal,
-}
-
-fn normal(row: &WeakRow<'_>, designs: &[Mat<f64>], columns: usize) -> Normal {
-    let mut normal = Normal::new(columns);
-    for (design, (right, lost)) in designs.iter().zip(row.right_hand_sides()) {
-        normal.add(design.as_ref(), right, lost);
-    }
-    normal
 }
 
 pub(crate) fn side_by_side(parts: &[&Mat<f64>]) -> Mat<f64> {

@@ -18,7 +18,7 @@ use super::inputs::input_at;
 use super::motion::{InputPath, Motion};
 
 /// Times the eigenvalue of largest modulus, the longest step of the classical Runge-Kutta method.
-const STEP: f64 = 0.5;
+const STEP: f64 = 0.4;
 /// Most steps from sample to sample.
 const MOST_STEPS: usize = 64;
 /// A trajectory is lost where it leaves the data by this many spreads.
@@ -152,6 +152,39 @@ impl<'f> Integrator<'f> {
         Some(states)
     }
 
+    /// States at the samples, and at these shares of every interval, ascending: cubics with the slopes of the
+    /// Runge-Kutta steps. None where the trajectory leaves the data.
+    pub fn between(&mut self, shot: &Shot, shares: &[f64]) -> Option<[Vec<f64>; 2]> {
+        let (times, count) = (shot.motion.times(), shot.initial.len());
+        let mut inner = Vec::with_capacity((times.len() - 1) * shares.len() * count);
+        let (mut z, mut next) = (shot.initial.clone(), vec![0.0; count]);
+        let mut states = z.clone();
+        for k in 0..times.len() - 1 {
+            let h = (times[k + 1] - times[k]) / shot.steps as f64;
+            for j in 0..shot.steps {
+                let t = times[k] + j as f64 * h;
+                self.step(shot, k, t, h, &z, &mut next);
+                if self.setting.is_lost(&next) {
+                    return None;
+                }
+                let start = self.stages[0].clone();
+                input_at(&shot.motion, self.setting.path, k, t + h, &mut self.u);
+                self.slope(&next, 0);
+                let place = |share: &f64| share * shot.steps as f64 - j as f64;
+                let here = |s: &f64| (0.0..1.0).contains(s);
+                for s in shares.iter().map(place).filter(here) {
+                    let at = |i: usize| {
+                        hermite([z[i], next[i]], [h * start[i], h * self.stages[0][i]], s)
+                    };
+                    inner.extend((0..count).map(at));
+                }
+                std::mem::swap(&mut z, &mut next);
+            }
+            states.extend_from_slice(&z);
+        }
+        Some([states, inner])
+    }
+
     /// dA/dz at z, row-major.
     fn matrix(&mut self, z: &[f64], u: &[f64]) -> Matrix {
         let (n, d, count) = (self.field.dimension, self.field.arguments, z.len());
@@ -165,6 +198,11 @@ impl<'f> Integrator<'f> {
             (0..d).for_each(|j| matrix.set(count - n + i, j, self.jacobian[i * d + j]));
         }
         matrix
+    }
+
+    /// dA/dz at z, row-major.
+    pub fn derivative(&mut self, z: &[f64], u: &[f64]) -> Vec<f64> {
+        self.matrix(z, u).entries
     }
 
     /// Modulus of the largest eigenvalue of dA/dz, from the eighth power's norm.
@@ -304,6 +342,13 @@ impl<'f> Integrator<'f> {
             }
         }
     }
+}
+
+/// The cubic on \[0, 1\] with these values and slopes at its ends.
+fn hermite(values: [f64; 2], slopes: [f64; 2], s: f64) -> f64 {
+    let r = 1.0 - s;
+    let inner = r * slopes[0] - s * slopes[1] - (r - s) * (values[1] - values[0]);
+    r * values[0] + s * values[1] + r * s * inner
 }
 
 /// A node of an integral over the time between two samples.

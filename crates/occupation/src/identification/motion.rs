@@ -112,6 +112,15 @@ impl Motion {
         &self.inputs
     }
 
+    /// What is left of the coordinates without those of the states z (N x (s n)).
+    pub(crate) fn less(&self, states: &[f64]) -> Self {
+        let n = self.dimension();
+        let count = states.len() / self.samples();
+        let left = |(index, y): (usize, &f64)| y - states[index / n * count + index % n];
+        let coordinates = self.coordinates.iter().enumerate().map(left).collect();
+        Self { coordinates, rates: None, ..self.clone() }
+    }
+
     /// Samples `first..first + count`.
     pub(crate) fn part(&self, first: usize, count: usize) -> Self {
         let (n, m) = (self.dimension(), self.input_count());

@@ -18,7 +18,8 @@ pub(crate) struct Minimum {
     pub value: f64,
 }
 
-/// Follows the function downhill until an iteration gains less than `tolerance`, or for `most` iterations. Values that
+/// Follows the function downhill until an iteration gains less than `tolerance`, for `most` iterations, or until it would
+/// not come below `goal` if it went on gaining as it last did. Values that
 /// are not finite are walls. Differences are taken in parallel; the result does not depend on the number of threads.
 ///
 /// BFGS: J. Nocedal, S. J. Wright, Numerical Optimization (2006), algorithm 6.1.
@@ -26,6 +27,7 @@ pub(crate) fn minimise(
     start: Vec<f64>,
     tolerance: f64,
     most: usize,
+    goal: f64,
     function: impl Fn(&[f64]) -> f64 + Sync,
 ) -> Minimum {
     let size = start.len();
@@ -33,7 +35,7 @@ pub(crate) fn minimise(
     let mut at = start;
     let mut gradient = differences(&at, value, &function);
     let mut inverse = scaled_identity(size, &gradient);
-    for _ in 0..most {
+    for iteration in 1..=most {
         let mut direction: Vec<f64> = inverse
             .iter()
             .map(|row| -row.iter().zip(&gradient).map(|(h, g)| h * g).sum::<f64>())
@@ -56,7 +58,8 @@ pub(crate) fn minimise(
         let change: Vec<f64> = after.iter().zip(&gradient).map(|(a, b)| a - b).collect();
         update(&mut inverse, &step, &change);
         (at, value, gradient) = (next, found, after);
-        if gain < tolerance {
+        let hopeless = value - gain * (most - iteration) as f64 > goal;
+        if gain < tolerance || hopeless {
             break;
         }
     }
@@ -126,7 +129,7 @@ mod tests {
     #[test]
     fn the_minimum_of_a_curved_valley_is_found() {
         let rosenbrock = |x: &[f64]| 10.0 * (x[1] - x[0] * x[0]).powi(2) + (1.0 - x[0]).powi(2);
-        let found = minimise(vec![-1.0, 1.0], 1e-9, 200, rosenbrock);
+        let found = minimise(vec![-1.0, 1.0], 1e-9, 200, f64::INFINITY, rosenbrock);
         // As near as differences of step 1e-3 tell: this valley is flat along its floor.
         assert!(found.value < 2e-3, "{found:?}");
         assert!((found.at[0] - 1.0).abs() < 0.05 && (found.at[1] - 1.0).abs() < 0.1);
@@ -135,7 +138,7 @@ mod tests {
     #[test]
     fn walls_are_not_crossed() {
         let walled = |x: &[f64]| if x[0] > 2.0 { f64::NAN } else { (x[0] - 5.0).powi(2) };
-        let found = minimise(vec![0.0], 1e-9, 50, walled);
+        let found = minimise(vec![0.0], 1e-9, 50, f64::INFINITY, walled);
         assert!(found.at[0] <= 2.0 && found.at[0] > 1.5, "{found:?}");
     }
 }

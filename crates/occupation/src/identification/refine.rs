@@ -27,9 +27,9 @@ const GAIN: f64 = 0.5;
 /// Halvings of a step before the search ends.
 const HALVINGS: usize = 6;
 /// Gauss-Newton steps for an initial state.
-const INITIAL_STEPS: usize = 6;
+const INITIAL_STEPS: usize = 2;
 /// ... which end where a step gains less than this share of what is left.
-const INITIAL_GAIN: f64 = 1e-3;
+const INITIAL_GAIN: f64 = 1e-2;
 /// Windows whose inner products are summed by one thread, in order.
 const GROUP: usize = 16;
 /// Shortest window, in samples.
@@ -183,6 +183,8 @@ pub(crate) struct Refinement {
     pub setting: Setting,
     pub shots: Vec<Shot>,
     pub noise: OutputNoise,
+    /// lambda = sigma^2 / a^2, where given.
+    pub lambda: Option<f64>,
 }
 
 impl Refinement {
@@ -266,6 +268,11 @@ impl Refinement {
         let free = (samples as f64 - taken).max(0.1 * samples as f64);
         let scale = (left.chi_square(&self.noise) / free).sqrt().max(f64::MIN_POSITIVE);
         self.noise.0.iter_mut().for_each(|sd| *sd *= scale);
+        if let Some(lambda) = self.lambda {
+            for term in &mut self.field.terms {
+                term.amplitude = self.noise.0[term.row] / lambda.sqrt();
+            }
+        }
     }
 
     /// Inner products of all windows, linearised about their trajectories.
@@ -333,9 +340,9 @@ impl Refinement {
         let mut left = self.settle()?;
         let spent = self.shots.len() * self.setting.states();
         self.update_noise(&left, (spent + self.field.features()) as f64);
-        let prior = self.prior();
         let mut iterations = 0;
         loop {
+            let prior = self.prior();
             let normal = self.assemble().ok_or(IdentificationError::Lost)?;
             let posterior =
                 normal.posterior(&prior, 1.0).map_err(|_| IdentificationError::NoEvidence)?;
@@ -358,7 +365,7 @@ impl Refinement {
         }
         let normal = self.assemble().ok_or(IdentificationError::Lost)?;
         let posterior =
-            normal.posterior(&prior, 1.0).map_err(|_| IdentificationError::NoEvidence)?;
+            normal.posterior(&self.prior(), 1.0).map_err(|_| IdentificationError::NoEvidence)?;
         let samples = left.counts.iter().sum();
         Ok(Refined {
             field: self.field,

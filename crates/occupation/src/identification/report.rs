@@ -104,9 +104,11 @@ impl Report {
                 let [rms, sd, unknown] = probe.summary(i, b);
                 warnings.extend(warning(i, b, [rms, sd, unknown], boxed.share_unknown(i, b)));
                 let term = refined.field.terms.iter().find(|t| (t.row, t.block) == (i, b));
+                let mut choice = choice.clone();
+                choice.amplitude = term.map_or(choice.amplitude, |t| t.amplitude);
                 blocks.push(BlockReport {
-                    choice: choice.clone(),
                     lambda: (noise[i] / choice.amplitude).powi(2),
+                    choice,
                     landmarks: term.map_or(0, |t| t.basis.rank()),
                     rms,
                     sd,

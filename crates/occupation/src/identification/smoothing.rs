@@ -3,6 +3,8 @@
 //! The noise is first estimated from high differences, which on coarse sampling see the motion too; it is then lowered
 //! as long as the smoother's likelihood rises.
 
+use std::borrow::Borrow;
+
 use lacuna_recordings::{Prior, SignalError, Smoothed, Smoother, estimate_noise_pooled};
 use rayon::prelude::*;
 
@@ -47,10 +49,16 @@ pub(super) fn column(values: &[f64], n: usize, i: usize) -> Vec<f64> {
 }
 
 /// Noise of coordinate i of all motions.
-pub(super) fn judge(motions: &[Motion], i: usize) -> Result<Channel, IdentificationError> {
+pub(super) fn judge<M: Borrow<Motion>>(
+    motions: &[M],
+    i: usize,
+) -> Result<Channel, IdentificationError> {
     let series: Vec<(&[f64], Vec<f64>)> = motions
         .iter()
-        .map(|motion| (motion.times(), column(motion.coordinates(), motion.dimension(), i)))
+        .map(Borrow::borrow)
+        .map(|motion: &Motion| {
+            (motion.times(), column(motion.coordinates(), motion.dimension(), i))
+        })
         .collect();
     let estimated = noise_of(&series, i)?;
     let every = series.len().div_ceil(JUDGED);
@@ -131,6 +139,18 @@ pub(super) fn smooth(
         }
     }
     Ok(smooth)
+}
+
+/// Coordinate i and its rate at the times `at`, smoothed; none where it cannot be.
+pub(super) fn one(
+    motion: &Motion,
+    i: usize,
+    channel: Channel,
+    at: &[f64],
+) -> Option<[Vec<f64>; 2]> {
+    let values = column(motion.coordinates(), motion.dimension(), i);
+    let path = smooth_one(motion.times(), &values, None, None, channel).ok()?.at(at);
+    Some([path.value, path.first])
 }
 
 fn smooth_one(
