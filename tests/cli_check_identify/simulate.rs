@@ -126,7 +126,9 @@ fn inputs_keep_their_path() {
     };
     let (smooth, linear, held) = (error("smooth"), error("linear"), error("zero-order"));
     eprintln!("rms error: smooth {smooth}, linear {linear}, held {held}");
-    assert!(2.0 * smooth.max(linear) < held, "{smooth} {linear} {held}");
+    // What was measured is noisy too: the right paths leave that noise alone.
+    assert!(smooth.max(linear) < 1.1 * NOISE, "{smooth} {linear}");
+    assert!(held > 1.25 * NOISE, "{held}");
 }
 
 /// The model file with something changed.

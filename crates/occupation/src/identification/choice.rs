@@ -105,11 +105,11 @@ impl Effort {
         Self { families: usize::MAX, rounds: 2, iterations: 12, landmarks: 160 };
 }
 
-/// Chooses the priors of one coordinate.
+/// Chooses the priors of one coordinate, and tells which others were tried.
 pub(crate) fn choose(
     row: &WeakRow<'_>,
     start: &Start<'_>,
-) -> Result<RowChoice, IdentificationError> {
+) -> Result<(RowChoice, Vec<Alternative>), IdentificationError> {
     let mut search = Search::new(row, start)?;
     let blocks = start.amplitudes.len();
     for b in 0..blocks {
@@ -136,6 +136,35 @@ pub(crate) fn choose(
     Ok(search.finish())
 }
 
+/// A prior of block `block` that few equations did not prefer.
+#[derive(Debug, Clone)]
+pub(crate) struct Alternative {
+    block: usize,
+    choice: BlockChoice,
+}
+
+/// What more equations make of a choice and its alternatives: families with few features are preferred by few equations,
+/// and their standard deviations know nothing of what they cannot follow.
+pub(crate) fn reconsider(
+    row: &WeakRow<'_>,
+    start: &Start<'_>,
+    (chosen, alternatives): (RowChoice, Vec<Alternative>),
+) -> Result<RowChoice, IdentificationError> {
+    let mut search = Search::at(row, start, &chosen)?;
+    for Alternative { block, choice } in alternatives {
+        search.compare(block, choice);
+    }
+    Ok(search.finish().0)
+}
+
+fn first_kernel(start: &Start<'_>, family: Family) -> ScaledKernel {
+    let widths = match start.widths {
+        Some(given) => given.to_vec(),
+        None => start.spread.iter().map(|spread| 2.0 * spread).collect(),
+    };
+    ScaledKernel { family, centre: start.centre.to_vec(), widths }
+}
+
 /// Block b with its design matrices.
 #[derive(Clone)]
 struct Block {
@@ -157,43 +186,46 @@ struct Search<'s> {
     blocks: Vec<Block>,
     noise_sd: f64,
     log_evidence: f64,
-    equations: usize,
+    alternatives: Vec<Alternative>,
 }
 
 impl<'s> Search<'s> {
+    /// A drift that depends on everything, and constant effectiveness where widths are not given.
     fn new(row: &'s WeakRow<'s>, start: &'s Start<'s>) -> Result<Self, IdentificationError> {
+        let first = |(b, &amplitude): (usize, &f64)| {
+            let mut kernel = first_kernel(start, start.families[0]);
+            if b > 0 && start.widths.is_none() {
+                kernel.widths = start.spread.iter().map(|spread| FLAT * spread).collect();
+            }
+            BlockChoice { kernel, amplitude, posterior_sd: amplitude, depends_on: Vec::new() }
+        };
+        let blocks = start.amplitudes.iter().enumerate().map(first).collect();
+        Self::at(row, start, &RowChoice { blocks, noise_sd: start.noise_sd, log_evidence: 0.0 })
+    }
+
+    fn at(
+        row: &'s WeakRow<'s>,
+        start: &'s Start<'s>,
+        from: &RowChoice,
+    ) -> Result<Self, IdentificationError> {
         let mut search = Self {
             row,
             start,
             blocks: Vec::new(),
-            noise_sd: start.noise_sd,
+            noise_sd: from.noise_sd,
             log_evidence: f64::NEG_INFINITY,
-            equations: row.equations(),
+            alternatives: Vec::new(),
         };
-        for (b, &amplitude) in start.amplitudes.iter().enumerate() {
-            let mut kernel = search.first_kernel(start.families[0]);
-            if b > 0 && start.widths.is_none() {
-                kernel.widths = start.spread.iter().map(|spread| FLAT * spread).collect();
-            }
-            let first =
-                BlockChoice { kernel, amplitude, posterior_sd: amplitude, depends_on: Vec::new() };
-            let block = search.block(b, first);
+        for (b, choice) in from.blocks.iter().enumerate() {
+            let block = search.block(b, choice.clone());
             search.blocks.push(block);
         }
-        search.log_evidence = search.objective(&search.blocks, search.noise_sd);
+        search.log_evidence = search.objective(0, &search.blocks[0], search.noise_sd);
         if search.log_evidence.is_finite() {
             Ok(search)
         } else {
             Err(IdentificationError::NoEvidence)
         }
-    }
-
-    fn first_kernel(&self, family: Family) -> ScaledKernel {
-        let widths = match self.start.widths {
-            Some(given) => given.to_vec(),
-            None => self.start.spread.iter().map(|spread| 2.0 * spread).collect(),
-        };
-        ScaledKernel { family, centre: self.start.centre.to_vec(), widths }
     }
 
     fn basis(&self, choice: &BlockChoice) -> Basis {
@@ -215,15 +247,32 @@ impl<'s> Search<'s> {
         let same = self.blocks[b].choice.kernel.family == family;
         let from = if same { self.blocks[b].choice.clone() } else { self.other(b, family) };
         let found = self.follow(b, from);
+        self.keep_better(b, found, 0.0);
+    }
+
+    /// Takes another prior of block b if that is better.
+    fn compare(&mut self, b: usize, choice: BlockChoice) {
+        let arguments = |choice: &BlockChoice| self.dependences(choice).len();
+        let more = arguments(&choice) > arguments(&self.blocks[b].choice);
+        let worth = if more { self.worth(None) } else { 0.0 };
+        let block = self.block(b, choice);
+        let log_evidence = self.objective(b, &block, self.noise_sd);
+        self.keep_better(b, Found { block, noise_sd: self.noise_sd, log_evidence }, worth);
+    }
+
+    fn keep_better(&mut self, b: usize, found: Found, worth: f64) {
         let features = |block: &Block| block.design.ncols() as f64;
         let price = PRICE * (features(&found.block) - features(&self.blocks[b]));
-        if found.log_evidence > self.log_evidence + price {
+        if found.log_evidence > self.log_evidence + price + worth {
             self.accept(b, found);
+        } else {
+            self.alternatives.push(Alternative { block: b, choice: found.block.choice });
         }
     }
 
     fn accept(&mut self, b: usize, found: Found) {
-        self.blocks[b] = found.block;
+        let before = std::mem::replace(&mut self.blocks[b], found.block);
+        self.alternatives.push(Alternative { block: b, choice: before.choice });
         (self.noise_sd, self.log_evidence) = (found.noise_sd, found.log_evidence);
     }
 
@@ -243,6 +292,7 @@ impl<'s> Search<'s> {
             let Some(found) = best else { break };
             let gain = found.log_evidence - self.log_evidence;
             if gain <= self.worth(first_gain) {
+                self.alternatives.push(Alternative { block: b, choice: found.block.choice });
                 break;
             }
             first_gain.get_or_insert(gain);
@@ -254,13 +304,17 @@ impl<'s> Search<'s> {
     /// any function that is given freedom follows it a little.
     fn worth(&self, first_gain: Option<f64>) -> f64 {
         let noise = (CLEARLY * self.start.noise_sd / self.noise_sd).min(1.0);
-        let share = SYSTEMATIC * self.equations as f64;
+        let share = SYSTEMATIC * self.row.equations() as f64;
         let systematic = share.max(OF_FIRST * first_gain.unwrap_or(0.0));
         WORTH + (1.0 - noise * noise) * systematic
     }
 
     fn is_constant(&self, b: usize) -> bool {
-        (0..self.start.spread.len()).all(|i| self.is_flat(&self.blocks[b].choice, i))
+        self.dependences(&self.blocks[b].choice).is_empty()
+    }
+
+    fn dependences(&self, choice: &BlockChoice) -> Vec<usize> {
+        (0..self.start.spread.len()).filter(|&i| !self.is_flat(choice, i)).collect()
     }
 
     fn is_flat(&self, choice: &BlockChoice, i: usize) -> bool {
@@ -284,7 +338,7 @@ impl<'s> Search<'s> {
         let old = &self.blocks[b].choice;
         let mut kernel = ScaledKernel { family, ..old.kernel.clone() };
         if family.is_radial() != old.kernel.family.is_radial() {
-            let first = self.first_kernel(family);
+            let first = first_kernel(self.start, family);
             for i in (0..first.widths.len()).filter(|&i| !self.is_flat(old, i)) {
                 kernel.widths[i] = first.widths[i];
             }
@@ -306,7 +360,7 @@ impl<'s> Search<'s> {
     }
 
     fn decode(&self, b: usize, family: Family, flat: &[bool], theta: &[f64]) -> (BlockChoice, f64) {
-        let mut kernel = self.first_kernel(family);
+        let mut kernel = first_kernel(self.start, family);
         let noise_sd = theta[theta.len() - 1].exp();
         if self.start.widths.is_none() {
             let mut free = theta.iter();
@@ -333,10 +387,14 @@ impl<'s> Search<'s> {
             return f64::NEG_INFINITY;
         }
         let (choice, noise_sd) = self.decode(b, family, flat, theta);
-        let block = self.block(b, choice);
-        let prior = |k: usize| if k == b { &block.choice } else { &self.blocks[k].choice };
-        let log_priors: f64 = (0..self.blocks.len()).map(|k| self.log_prior(k, prior(k))).sum();
-        match self.posterior(b, &block, noise_sd) {
+        self.objective(b, &self.block(b, choice), noise_sd)
+    }
+
+    /// Log evidence and log priors with another block b.
+    fn objective(&self, b: usize, block: &Block, noise_sd: f64) -> f64 {
+        let choice = |k: usize| if k == b { &block.choice } else { &self.blocks[k].choice };
+        let log_priors: f64 = (0..self.blocks.len()).map(|k| self.log_prior(k, choice(k))).sum();
+        match self.posterior(b, block, noise_sd) {
             Ok(posterior) => posterior.log_evidence + log_priors,
             Err(NonPositivePivot { .. }) => f64::NEG_INFINITY,
         }
@@ -375,13 +433,6 @@ impl<'s> Search<'s> {
         Ok(posterior)
     }
 
-    fn objective(&self, blocks: &[Block], noise_sd: f64) -> f64 {
-        let log_priors: f64 =
-            blocks.iter().enumerate().map(|(k, block)| self.log_prior(k, &block.choice)).sum();
-        self.posterior(0, &blocks[0], noise_sd)
-            .map_or(f64::NEG_INFINITY, |p| p.log_evidence + log_priors)
-    }
-
     /// phi^T C phi at the landmarks, averaged.
     fn posterior_sd(&self, b: usize) -> Option<f64> {
         let block = &self.blocks[b];
@@ -397,20 +448,19 @@ impl<'s> Search<'s> {
         Some(block.choice.amplitude * mean.sqrt())
     }
 
-    fn finish(mut self) -> RowChoice {
+    fn finish(mut self) -> (RowChoice, Vec<Alternative>) {
         for b in 0..self.blocks.len() {
-            let choice = &self.blocks[b].choice;
-            let depends = (0..self.start.spread.len()).filter(|&i| !self.is_flat(choice, i));
-            self.blocks[b].choice.depends_on = depends.collect();
+            self.blocks[b].choice.depends_on = self.dependences(&self.blocks[b].choice);
             if let Some(sd) = self.posterior_sd(b) {
                 self.blocks[b].choice.posterior_sd = sd;
             }
         }
-        RowChoice {
+        let row = RowChoice {
             blocks: self.blocks.into_iter().map(|block| block.choice).collect(),
             noise_sd: self.noise_sd,
             log_evidence: self.log_evidence,
-        }
+        };
+        (row, self.alternatives)
     }
 }
 

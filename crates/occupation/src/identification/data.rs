@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use super::basis::Basis;
-use super::choice::RowChoice;
 use super::family::{Family, ScaledKernel};
 use super::field::Field;
 use super::flow::{Integrator, Setting};
@@ -12,8 +11,6 @@ use super::smoothing::{self, Channel, Smooth, column};
 use super::weak::{WeakRow, WeakWindow};
 use super::{Identification, IdentificationError};
 
-/// Equations on which kernels are chosen: more tell little more.
-const CHOOSING_EQUATIONS: usize = 2100;
 /// Landmark candidates while choosing, and for the model.
 const FEW_CANDIDATES: usize = 160;
 const CANDIDATES: usize = 3000;
@@ -126,17 +123,16 @@ impl Data {
         Some(self.channels[i].noise_sd / sd)
     }
 
-    /// The windows on which kernels are chosen.
-    pub fn few_windows(&self) -> Vec<usize> {
+    /// Windows with about so many equations of each coordinate.
+    pub fn some_windows(&self, equations: usize) -> Vec<usize> {
         let all: usize = self.windows.iter().map(|w| w.motion.samples()).sum();
-        let most = (CHOOSING_EQUATIONS * self.windows.len() / all).max(1);
-        sample(self.windows.len(), most)
+        sample(self.windows.len(), (equations * self.windows.len() / all).max(1))
     }
 
-    pub fn each_row(
+    pub fn each_row<C: Send>(
         &self,
-        of: impl Fn(usize) -> Result<RowChoice, IdentificationError> + Sync + Send,
-    ) -> Result<Vec<RowChoice>, IdentificationError> {
+        of: impl Fn(usize) -> Result<C, IdentificationError> + Sync + Send,
+    ) -> Result<Vec<C>, IdentificationError> {
         (0..self.dimension).into_par_iter().map(of).collect()
     }
 

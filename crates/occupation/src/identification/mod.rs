@@ -43,13 +43,17 @@ pub use motion::{InputPath, Motion};
 pub use report::{Report, Warning};
 
 use crate::identified::{Expansion, IdentifiedModel, RowPosterior, TermOf, Uncertainty};
-use choice::{Effort, Start, choose};
+use choice::{Alternative, Effort, Start, choose, reconsider};
 use data::Data;
 use field::{Field, Term};
 use flow::Shot;
 use refine::{OutputNoise, Refined, Refinement};
 use weak::WeakWindow;
 
+/// Equations on which kernels are chosen ...
+const CHOOSING_EQUATIONS: usize = 2100;
+/// ... and on which the choice is compared with others that were tried.
+const RECONSIDERING_EQUATIONS: usize = 20_000;
 /// Trial models on few windows before kernels are chosen in earnest; the second where the first leaves more than noise.
 const MOST_TRIALS: usize = 2;
 /// Most landmarks of the first of them.
@@ -115,29 +119,51 @@ impl Identification {
     pub fn identify(&self, motions: &[Motion]) -> Result<Identified, IdentificationError> {
         self.validate(motions)?;
         let data = Data::of(self, motions)?;
-        let windows = self.along_trials(&data)?;
-        let rows = self.choose(&data, &windows, Effort::THOROUGH)?;
+        let (trial, windows) = self.along_trials(&data)?;
+        let chosen = self.choose(&data, &windows, Effort::THOROUGH)?;
+        let rows = self.reconsider(&data, trial, chosen)?;
         let field = self.field(&data, &rows, self.most_landmarks);
         let every: Vec<usize> = (0..data.windows.len()).collect();
-        let refined = self.refine(&data, fit::fit(&data, &data.windows, &rows, field)?, &every)?;
+        let field = fit::fit(&data, &data.windows, &rows, field)?;
+        let refined = self.refinement(&data, field, &every).run()?;
         Ok(self.finish(&data, &rows, &refined))
     }
 
-    /// A few windows as weak equations along the trajectories of models that are good enough for that.
-    fn along_trials(&self, data: &Data) -> Result<Vec<WeakWindow>, IdentificationError> {
-        let few = data.few_windows();
+    /// A trial model that is good enough to tell what passes between samples, and a few windows as weak equations along
+    /// its trajectories.
+    fn along_trials(&self, data: &Data) -> Result<(Field, Vec<WeakWindow>), IdentificationError> {
+        let few = data.some_windows(CHOOSING_EQUATIONS);
         let mut windows: Vec<WeakWindow> = few.iter().map(|&k| data.windows[k].clone()).collect();
-        for trial in 0..MOST_TRIALS {
+        let mut trial = 0;
+        loop {
             let most = if trial == 0 { TRIAL_LANDMARKS } else { self.most_landmarks };
-            let rows = self.choose(data, &windows, Effort::QUICK)?;
+            let chosen = self.choose(data, &windows, Effort::QUICK)?;
+            let rows: Vec<RowChoice> = chosen.into_iter().map(|(row, _)| row).collect();
             let field = self.field(data, &rows, most.min(self.most_landmarks));
-            let refined = self.refine(data, fit::fit(data, &windows, &rows, field)?, &few)?;
+            let field = fit::fit(data, &windows, &rows, field)?;
+            let refined = self.refinement(data, field, &few).run()?;
             windows = path::along(&refined.field, &data.setting(self), &refined.windows);
-            if !data.is_systematic(&refined.noise.0) {
-                break;
+            trial += 1;
+            if trial == MOST_TRIALS || !data.is_systematic(&refined.noise.0) {
+                return Ok((refined.field, windows));
             }
         }
-        Ok(windows)
+    }
+
+    /// Compares what was chosen with its alternatives on more windows.
+    fn reconsider(
+        &self,
+        data: &Data,
+        trial: Field,
+        chosen: Vec<(RowChoice, Vec<Alternative>)>,
+    ) -> Result<Vec<RowChoice>, IdentificationError> {
+        let more = data.some_windows(RECONSIDERING_EQUATIONS);
+        let shots = self.refinement(data, trial.clone(), &more).settled()?;
+        let windows = path::along(&trial, &data.setting(self), &shots);
+        data.each_row(|i| {
+            let start = self.start(data, i, Effort::THOROUGH);
+            reconsider(&data.row(&windows, i), &start, chosen[i].clone())
+        })
     }
 
     fn validate(&self, motions: &[Motion]) -> Result<(), IdentificationError> {
@@ -185,21 +211,22 @@ impl Identification {
         data: &Data,
         windows: &[WeakWindow],
         effort: Effort,
-    ) -> Result<Vec<RowChoice>, IdentificationError> {
-        data.each_row(|i| {
-            let start = Start {
-                centre: &data.centre,
-                spread: &data.spread,
-                candidates: &data.few_candidates,
-                amplitudes: data.amplitudes(i),
-                noise_sd: data.channels[i].noise_sd,
-                families: &self.families,
-                widths: self.widths.as_deref(),
-                lambda: self.lambda,
-                effort,
-            };
-            choose(&data.row(windows, i), &start)
-        })
+    ) -> Result<Vec<(RowChoice, Vec<Alternative>)>, IdentificationError> {
+        data.each_row(|i| choose(&data.row(windows, i), &self.start(data, i, effort)))
+    }
+
+    fn start<'s>(&'s self, data: &'s Data, i: usize, effort: Effort) -> Start<'s> {
+        Start {
+            centre: &data.centre,
+            spread: &data.spread,
+            candidates: &data.few_candidates,
+            amplitudes: data.amplitudes(i),
+            noise_sd: data.channels[i].noise_sd,
+            families: &self.families,
+            widths: self.widths.as_deref(),
+            lambda: self.lambda,
+            effort,
+        }
     }
 
     fn field(&self, data: &Data, rows: &[RowChoice], most: usize) -> Field {
@@ -220,12 +247,7 @@ impl Identification {
         Field { dimension: data.dimension, arguments: data.centre.len(), terms }
     }
 
-    fn refine(
-        &self,
-        data: &Data,
-        field: Field,
-        windows: &[usize],
-    ) -> Result<Refined, IdentificationError> {
+    fn refinement(&self, data: &Data, field: Field, windows: &[usize]) -> Refinement {
         let setting = data.setting(self);
         let mut noise: Vec<f64> = data.channels.iter().map(|c| c.noise_sd).collect();
         if self.order > 1 && data.rate_noise.iter().all(Option::is_some) {
@@ -239,7 +261,7 @@ impl Identification {
         };
         let shots = windows.iter().map(shot).collect();
         let (noise, lambda) = (OutputNoise(noise), self.lambda);
-        Refinement { field, setting, shots, noise, lambda }.run()
+        Refinement { field, setting, shots, noise, lambda }
     }
 
     fn finish(&self, data: &Data, rows: &[RowChoice], refined: &Refined) -> Identified {

@@ -332,6 +332,15 @@ impl Refinement {
         side_by_side(&parts.iter().collect::<Vec<_>>())
     }
 
+    /// The windows, each with the initial state that suits the field.
+    ///
+    /// # Errors
+    /// Where the model's trajectories leave the data from every window.
+    pub fn settled(mut self) -> Result<Vec<Shot>, IdentificationError> {
+        self.settle()?;
+        Ok(self.shots)
+    }
+
     /// Runs the search.
     ///
     /// # Errors
