@@ -72,8 +72,8 @@ fn the_noise_sweep_stays_in_its_bands() {
     assert_eq!(found.len(), expected.levels.len());
     for (f, e) in found.iter().zip(&expected.levels) {
         assert_eq!(f.noise, e.noise);
-        for (recipe, e) in &e.recipes {
-            let f = f.recipes[recipe];
+        for (recipe, f) in &f.recipes {
+            let e = &e.recipes[recipe];
             // A trial that fails here failed there too.
             assert!(f.failed_trials <= e.failed_trials, "{recipe}: {f:?}");
             if let (Some(f), Some(errors), 0) = (f.errors, e.errors, e.failed_trials) {
@@ -151,6 +151,29 @@ fn committed_results_of_this_project_meet_their_targets() {
     assert!((0.93..=0.97).contains(&f.mean) && (0.93..=0.97).contains(&g.mean), "{f:?} {g:?}");
 }
 
+/// Noise of ten and thirty times the paper's: where its recipe is of no use any more.
+#[test]
+fn committed_noise_sweep_of_this_project_meets_its_targets() {
+    let sweep: noise_sweep::Results = committed(noise_sweep::NAME);
+    for (noise, most) in [(0.01, 0.15), (0.03, 0.5)] {
+        let level = sweep.levels.iter().find(|l| l.noise == noise).unwrap();
+        let errors = level.recipes[Recipe::Lacuna.name()].errors.unwrap();
+        assert!(errors.max_f.mean < most, "noise {noise}: {:?}", errors.max_f);
+    }
+}
+
+/// Noise of 0.001 on all states raises no median error of the manipulator by more than half.
+#[test]
+fn committed_manipulator_errors_hardly_grow_with_noise() {
+    let of = |name: &str| -> manipulator::Results { committed(name) };
+    let (clean, noisy) = (of(manipulator::NAME), of(manipulator::NOISY));
+    assert_eq!(noisy.noise, 0.001);
+    let [clean, noisy] = [clean, noisy].map(|r| r.recipes[Recipe::Lacuna.name()]);
+    for (clean, noisy) in [(clean.f, noisy.f), (clean.g1, noisy.g1), (clean.g2, noisy.g2)] {
+        assert!(noisy.median <= 1.5 * clean.median, "{noisy:?} {clean:?}");
+    }
+}
+
 /// One identification of 1000 trajectories: the errors at the points, and the regulator.
 #[test]
 fn this_project_identifies_the_manipulator() {
@@ -158,8 +181,7 @@ fn this_project_identifies_the_manipulator() {
     let data = manipulator_data::trajectories(expected.seed, 0.0).unwrap();
     let model = Recipe::Lacuna.manipulator(&data).unwrap();
     let found = manipulator_data::Errors::of(&*model).unwrap().summary();
-    // Medians and maxima; the target for the greatest error of f, 0.044, is not reached yet.
-    assert!(found.f.median <= 0.02 && found.f.max <= 0.13, "{:?}", found.f);
+    assert!(found.f.median <= 0.02 && found.f.max <= 0.044, "{:?}", found.f);
     assert!(found.g1.median <= 0.06 && found.g1.max <= 0.474, "{:?}", found.g1);
     assert!(found.g2.median <= 0.03 && found.g2.max <= 0.169, "{:?}", found.g2);
     let truth = manipulator_ctc::regulate_true().unwrap();

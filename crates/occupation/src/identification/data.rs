@@ -50,27 +50,28 @@ impl Data {
             (0..n).map(|i| smoothing::judge(motions, i)).collect::<Result<Vec<_>, _>>()?;
         let rate_noise =
             (0..n).map(|i| smoothing::judge_rates(motions, i)).collect::<Result<Vec<_>, _>>()?;
-        let smooth: Vec<Smooth> = motions
+        let smooth: Vec<_> = motions
             .par_iter()
             .map(|motion| smoothing::smooth(motion, &channels, &rate_noise))
-            .collect::<Result<_, _>>()?;
+            .collect();
+        // The first error, whichever thread was first.
+        let smooth: Vec<Smooth> = smooth.into_iter().collect::<Result<_, _>>()?;
         let states: Vec<Vec<f64>> =
             smooth.iter().map(|s| states_of(s, settings.order, n)).collect();
         let count = n * settings.order;
         let (centre_all, spread_all) = moments(&states, count);
         let (middle, half_range) = ranges(&states, count);
         let d = settings.argument_count(n);
-        if let Some(i) = spread_all[..d].iter().position(|s| s.is_nan() || *s <= 0.0) {
+        if let Some(i) = is_still(&centre_all[..d], &spread_all[..d]) {
             return Err(IdentificationError::Still { coordinate: i % n });
         }
         let highest_rms = rms(smooth.iter().map(|s| s.derivatives(settings.order)[1].to_vec()), n);
         let input_rms = rms(motions.iter().map(|motion| motion.inputs().to_vec()), m);
-        let window_seconds =
-            settings.window.unwrap_or_else(|| typical_window(&smooth, settings.order, n));
+        let wanted = settings.window.unwrap_or_else(|| typical_window(&smooth, settings.order, n));
         let (mut windows, mut initial_states) = (Vec::new(), Vec::new());
         for ((motion, states), smooth) in motions.iter().zip(&states).zip(&smooth) {
             let [below, highest] = smooth.derivatives(settings.order);
-            for (first, samples) in cut(motion.times(), window_seconds) {
+            for (first, samples) in cut(motion.times(), wanted) {
                 let rows = states[first * count..(first + samples) * count].chunks_exact(count);
                 initial_states.push(states[first * count..(first + 1) * count].to_vec());
                 let arguments = rows.flat_map(|z| &z[..d]).copied().collect();
@@ -103,9 +104,9 @@ impl Data {
             order: settings.order,
             channels,
             rate_noise,
+            window_seconds: windows.iter().map(duration).fold(0.0, f64::max),
             windows,
             initial_states,
-            window_seconds,
             centre: centre_all[..d].to_vec(),
             spread,
             candidates,
@@ -129,11 +130,13 @@ impl Data {
         sample(self.windows.len(), (equations * self.windows.len() / all).max(1))
     }
 
+    /// Something for every coordinate, in parallel; the first error.
     pub fn each_row<C: Send>(
         &self,
         of: impl Fn(usize) -> Result<C, IdentificationError> + Sync + Send,
     ) -> Result<Vec<C>, IdentificationError> {
-        (0..self.dimension).into_par_iter().map(of).collect()
+        let all: Vec<_> = (0..self.dimension).into_par_iter().map(of).collect();
+        all.into_iter().collect()
     }
 
     /// The equations of coordinate i in some windows.
@@ -156,29 +159,39 @@ impl Data {
     pub fn setting(&self, settings: &Identification) -> Setting {
         Setting {
             order: self.order,
-            arguments: settings.arguments,
             path: settings.input_path,
             middle: self.middle.clone(),
             half_range: self.half_range.clone(),
         }
     }
 
-    /// Runge-Kutta steps from sample to sample, for the stiffest of many samples.
-    pub fn steps(&self, field: &Field, setting: &Setting) -> usize {
+    /// The fastest rate of the field in the data, for inputs of either sign.
+    pub fn stiffness(&self, field: &Field, setting: &Setting) -> f64 {
         let d = self.centre.len();
         let mut integrator = Integrator::new(field, setting, self.inputs);
         let mut stiffest = 0.0f64;
-        let u = vec![0.0; self.inputs];
-        for x in self.few_candidates.chunks_exact(d) {
-            let mut z = self.middle.clone();
-            z[..d].copy_from_slice(x);
-            stiffest = stiffest.max(integrator.stiffness(&z, &u));
+        for sign in [-1.0, 0.0, 1.0] {
+            let u: Vec<f64> = self.input_rms.iter().map(|rms| sign * rms).collect();
+            for x in self.few_candidates.chunks_exact(d) {
+                let mut z = self.middle.clone();
+                z[..d].copy_from_slice(x);
+                stiffest = stiffest.max(integrator.stiffness(&z, &u));
+            }
         }
-        let longest = self.windows.iter().flat_map(|w| w.motion.times().windows(2));
-        let mut steps: Vec<f64> = longest.map(|t| t[1] - t[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        Integrator::steps_for(stiffest, steps[steps.len() * 9 / 10])
+        stiffest
     }
+}
+
+fn duration(window: &WeakWindow) -> f64 {
+    let times = window.motion.times();
+    times[times.len() - 1] - times[0]
+}
+
+/// The first argument that is constant but for rounding.
+fn is_still(centre: &[f64], spread: &[f64]) -> Option<usize> {
+    let moves = |(c, s): (&f64, &f64)| *s > 1e-12 * c.abs();
+    let mut arguments = centre.iter().zip(spread);
+    arguments.position(|pair| !moves(pair))
 }
 
 /// States z, N x (s n).

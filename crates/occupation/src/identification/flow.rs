@@ -12,7 +12,6 @@
 
 use faer::Mat;
 
-use super::Arguments;
 use super::field::{Field, Room};
 use super::inputs::input_at;
 use super::motion::{InputPath, Motion};
@@ -28,7 +27,6 @@ const LOST: f64 = 20.0;
 #[derive(Debug, Clone)]
 pub(crate) struct Setting {
     pub order: usize,
-    pub arguments: Arguments,
     pub path: InputPath,
     /// Middle and half range of each state in the data.
     pub middle: Vec<f64>,
@@ -55,12 +53,6 @@ pub(crate) struct Run {
 impl Setting {
     pub fn states(&self) -> usize {
         self.middle.len()
-    }
-
-    fn arguments<'z>(&self, z: &'z [f64], d: usize) -> &'z [f64] {
-        match self.arguments {
-            Arguments::Coordinates | Arguments::State => &z[..d],
-        }
     }
 
     fn is_lost(&self, z: &[f64]) -> bool {
@@ -102,7 +94,7 @@ impl<'f> Integrator<'f> {
     fn slope(&mut self, z: &[f64], k: usize) {
         let n = self.field.dimension;
         let lower = z.len() - n;
-        let x = self.setting.arguments(z, self.field.arguments);
+        let x = &z[..self.field.arguments];
         let (out, values) = (&mut self.stages[k], &mut self.kernel_values);
         out[..lower].copy_from_slice(&z[n..]);
         self.field.value(x, &self.u, values, &mut self.room, &mut out[lower..]);
@@ -188,7 +180,7 @@ impl<'f> Integrator<'f> {
     /// dA/dz at z, row-major.
     fn matrix(&mut self, z: &[f64], u: &[f64]) -> Matrix {
         let (n, d, count) = (self.field.dimension, self.field.arguments, z.len());
-        let x = self.setting.arguments(z, d);
+        let x = &z[..d];
         self.field.jacobian(x, u, &mut self.room, &mut self.jacobian);
         let mut matrix = Matrix::zeros(count);
         for i in 0..count - n {
@@ -213,9 +205,10 @@ impl<'f> Integrator<'f> {
         fourth.times(&fourth).norm().powf(0.125)
     }
 
-    /// Runge-Kutta steps from sample to sample that this stiffness needs.
-    pub fn steps_for(stiffness: f64, longest_interval: f64) -> usize {
-        let needed = (stiffness * longest_interval / STEP).ceil();
+    /// Runge-Kutta steps from sample to sample that this stiffness needs at the longest interval.
+    pub fn steps_for(stiffness: f64, times: &[f64]) -> usize {
+        let longest = times.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
+        let needed = (stiffness * longest / STEP).ceil();
         if needed.is_finite() { (needed as usize).clamp(1, MOST_STEPS) } else { MOST_STEPS }
     }
 

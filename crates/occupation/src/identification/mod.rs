@@ -7,7 +7,7 @@
 //! | step | module | what |
 //! | --- | --- | --- |
 //! | kernel arguments from noisy samples | `smoothing` | Kalman smoother, noise by likelihood |
-//! | weak form without initial derivatives | `weak` | whole windows, free initial values, independent errors |
+//! | weak form without initial derivatives | `weak` | whole windows, free initial values, the errors' exact covariance |
 //! | kernel family, widths, lambda, noise | [`choice`] | marginal likelihood in closed form |
 //! | arguments between samples | `path` | trajectories of trial models |
 //! | few features instead of every sample | `basis` | pivoted Cholesky (Nystrom) |
@@ -46,7 +46,7 @@ use crate::identified::{Expansion, IdentifiedModel, RowPosterior, TermOf, Uncert
 use choice::{Alternative, Effort, Start, choose, reconsider};
 use data::Data;
 use field::{Field, Term};
-use flow::Shot;
+use flow::{Integrator, Shot};
 use refine::{OutputNoise, Refined, Refinement};
 use weak::WeakWindow;
 
@@ -250,14 +250,15 @@ impl Identification {
     fn refinement(&self, data: &Data, field: Field, windows: &[usize]) -> Refinement {
         let setting = data.setting(self);
         let mut noise: Vec<f64> = data.channels.iter().map(|c| c.noise_sd).collect();
-        if self.order > 1 && data.rate_noise.iter().all(Option::is_some) {
-            noise.extend(data.rate_noise.iter().flatten());
+        if self.order > 1 && data.rate_noise.iter().any(Option::is_some) {
+            // Nothing is measured where there is none.
+            noise.extend(data.rate_noise.iter().map(|sd| sd.unwrap_or(1.0)));
         }
-        let steps = data.steps(&field, &setting);
-        let shot = |&k: &usize| Shot {
-            motion: data.windows[k].motion.clone(),
-            initial: data.initial_states[k].clone(),
-            steps,
+        let stiffness = data.stiffness(&field, &setting);
+        let shot = |&k: &usize| {
+            let motion = data.windows[k].motion.clone();
+            let steps = Integrator::steps_for(stiffness, motion.times());
+            Shot { motion, initial: data.initial_states[k].clone(), steps }
         };
         let shots = windows.iter().map(shot).collect();
         let (noise, lambda) = (OutputNoise(noise), self.lambda);

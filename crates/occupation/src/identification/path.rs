@@ -5,9 +5,11 @@
 //! ```
 //!
 //! The model's own trajectory z knows what happens between samples, however quick; what the samples know better is
-//! smoothed like a motion of its own and added. With it the weak form has no error of quadrature left, and kernels can
-//! be chosen anew without mistaking one for a property of f or g.
+//! smoothed like a motion of its own and added. With it the weak form has hardly an error of quadrature left, and kernels
+//! can be chosen anew without mistaking one for a property of f or g. What is left goes with how much d changes over an
+//! interval: within it, d may run otherwise than smoothly.
 
+use lacuna_recordings::Smoothed;
 use rayon::prelude::*;
 
 use super::field::Field;
@@ -36,8 +38,10 @@ pub(super) fn along(field: &Field, setting: &Setting, shots: &[Shot]) -> Vec<Wea
     let channels: Vec<Option<Channel>> =
         (0..field.dimension).map(|i| smoothing::judge(&left, i).ok()).collect();
     let window = |(shot, left, mut inner): (&Shot, Motion, Vec<f64>)| {
-        let jumps = jumps(field, setting, shot, &left, &channels, &inner);
-        add_smoothed(&left, &channels, parts(shot), &mut inner);
+        let residual = Residual::of(&left, &channels, setting.states());
+        let jumps = jumps(field, setting, shot, &residual.at(left.times()), &inner);
+        let nodes = times_within(left.times(), parts(shot));
+        inner.iter_mut().zip(residual.at(&nodes)).for_each(|(z, d)| *z += d);
         let inner = inner.chunks_exact(setting.states());
         let arguments = inner.flat_map(|z| &z[..field.arguments]).copied().collect();
         let motion = shot.motion.clone();
@@ -46,63 +50,63 @@ pub(super) fn along(field: &Field, setting: &Setting, shots: &[Shot]) -> Vec<Wea
     runs.into_par_iter().map(window).collect()
 }
 
-/// What the path's error may do to the integral over each interval: |dA/dz| times a share of what d changes over it.
-fn jumps(
-    field: &Field,
-    setting: &Setting,
-    shot: &Shot,
-    left: &Motion,
-    channels: &[Option<Channel>],
-    inner: &[f64],
-) -> Vec<f64> {
-    let (n, count) = (field.dimension, setting.states());
-    let samples = left.samples();
-    let mut d = vec![0.0; samples * count];
-    for (i, channel) in channels.iter().enumerate() {
-        let path = channel.and_then(|c| smoothing::one(left, i, c, left.times()));
-        for (p, values) in path.iter().flatten().enumerate().take(count / n) {
-            let column = d.iter_mut().skip(p * n + i).step_by(count);
-            column.zip(values).for_each(|(d, v)| *d = *v);
-        }
-    }
-    let mut integrator = Integrator::new(field, setting, shot.motion.input_count());
-    let per = inner.len() / (samples - 1) / count;
-    let mut jumps = Vec::with_capacity((samples - 1) * n);
-    for k in 0..samples - 1 {
-        let h = left.times()[k + 1] - left.times()[k];
-        let node = (k * per + per / 2) * count;
-        let u = &shot.motion.inputs()[k * shot.motion.input_count()..][..shot.motion.input_count()];
-        let jacobian = integrator.derivative(&inner[node..node + count], u);
-        for i in 0..n {
-            let row = &jacobian[(count - n + i) * count..][..count];
-            let change = |j: usize| (d[(k + 1) * count + j] - d[k * count + j]).abs();
-            let sum: f64 = row.iter().enumerate().map(|(j, a)| a.abs() * change(j)).sum();
-            jumps.push(UNKNOWN_SHARE * h * sum);
-        }
-    }
-    jumps
-}
-
 fn parts(shot: &Shot) -> usize {
     shot.steps.div_ceil(STEPS_OF_A_RULE)
 }
 
-/// Adds what the smoother makes of what is left, and its rate for second order, to the states at the nodes.
-fn add_smoothed(left: &Motion, channels: &[Option<Channel>], parts: usize, inner: &mut [f64]) {
+/// The times of the nodes of all intervals.
+fn times_within(times: &[f64], parts: usize) -> Vec<f64> {
     let shares = shares_within(parts);
     let between = |t: &[f64]| {
         let (start, step) = (t[0], t[1] - t[0]);
         shares.iter().map(move |share| start + share * step)
     };
-    let at: Vec<f64> = left.times().windows(2).flat_map(between).collect();
-    let n = channels.len();
-    let count = inner.len() / at.len();
-    for (i, channel) in channels.iter().enumerate() {
-        let path = channel.and_then(|channel| smoothing::one(left, i, channel, &at));
-        let Some(path) = path else { continue };
-        for (p, values) in path.iter().enumerate().take(count / n) {
-            let column = inner.iter_mut().skip(p * n + i).step_by(count);
-            column.zip(values).for_each(|(z, d)| *z += d);
-        }
+    times.windows(2).flat_map(between).collect()
+}
+
+/// d, what the smoother makes of what a trajectory leaves of each coordinate; none where it cannot be smoothed.
+struct Residual {
+    coordinates: Vec<Option<Smoothed>>,
+    states: usize,
+}
+
+impl Residual {
+    fn of(left: &Motion, channels: &[Option<Channel>], states: usize) -> Self {
+        let one = |(i, channel): (usize, &Option<Channel>)| smoothing::one(left, i, (*channel)?);
+        Self { coordinates: channels.iter().enumerate().map(one).collect(), states }
     }
+
+    /// Rows of states at the times `at`.
+    fn at(&self, at: &[f64]) -> Vec<f64> {
+        let n = self.coordinates.len();
+        let mut rows = vec![0.0; at.len() * self.states];
+        for (i, smoothed) in self.coordinates.iter().enumerate() {
+            let Some(path) = smoothed.as_ref().map(|s| s.at(at)) else { continue };
+            for (p, values) in [path.value, path.first].iter().enumerate().take(self.states / n) {
+                let column = rows.iter_mut().skip(p * n + i).step_by(self.states);
+                column.zip(values).for_each(|(d, value)| *d = *value);
+            }
+        }
+        rows
+    }
+}
+
+/// What the path's error may do to the integral over each interval: |dA/dz| times a share of what d, given at the
+/// samples, changes over it.
+fn jumps(field: &Field, setting: &Setting, shot: &Shot, d: &[f64], inner: &[f64]) -> Vec<f64> {
+    let (n, m, count) = (field.dimension, shot.motion.input_count(), setting.states());
+    let times = shot.motion.times();
+    let nodes = inner.len() / count / (times.len() - 1);
+    let mut integrator = Integrator::new(field, setting, m);
+    let mut of_interval = |k: usize| -> Vec<f64> {
+        let middle = (k * nodes + nodes / 2) * count;
+        let u = &shot.motion.inputs()[k * m..(k + 1) * m];
+        let jacobian = integrator.derivative(&inner[middle..middle + count], u);
+        let changes = d[k * count..].iter().zip(&d[(k + 1) * count..]).take(count);
+        let changes: Vec<f64> = changes.map(|(before, after)| (after - before).abs()).collect();
+        let force = |row: &[f64]| row.iter().zip(&changes).map(|(a, c)| a.abs() * c).sum::<f64>();
+        let forces = jacobian.chunks_exact(count).skip(count - n).map(force);
+        forces.map(|force| UNKNOWN_SHARE * (times[k + 1] - times[k]) * force).collect()
+    };
+    (0..times.len() - 1).flat_map(&mut of_interval).collect()
 }

@@ -24,6 +24,8 @@ use crate::linear::Factor;
 const MOST_STEPS: usize = 12;
 /// Steps that gain less than this are the last, in units of minus two log posterior.
 const GAIN: f64 = 0.5;
+/// Noise is never taken for less than this share of an output's half range.
+const ROUNDING: f64 = 1e-9;
 /// Halvings of a step before the search ends.
 const HALVINGS: usize = 6;
 /// Gauss-Newton steps for an initial state.
@@ -34,7 +36,7 @@ const INITIAL_GAIN: f64 = 1e-2;
 const GROUP: usize = 16;
 /// Shortest window, in samples.
 const SHORTEST: usize = 8;
-/// A window is halved while its misfit is above this share of the half range.
+/// A window is halved while its misfit is above this share of the half range, and above three times the noise.
 const MISFIT: f64 = 0.1;
 
 /// Noise standard deviations of the coordinates, then of their rates where measured.
@@ -48,7 +50,7 @@ pub(crate) struct Refined {
     pub posterior: Posterior,
     pub iterations: usize,
     pub windows: Vec<Shot>,
-    /// Root mean square of what is left, per output, over its noise.
+    /// Measured values.
     pub samples: usize,
 }
 
@@ -267,7 +269,8 @@ impl Refinement {
         let samples: usize = left.counts.iter().sum();
         let free = (samples as f64 - taken).max(0.1 * samples as f64);
         let scale = (left.chi_square(&self.noise) / free).sqrt().max(f64::MIN_POSITIVE);
-        self.noise.0.iter_mut().for_each(|sd| *sd *= scale);
+        let least = self.setting.half_range.iter().map(|half_range| ROUNDING * half_range);
+        self.noise.0.iter_mut().zip(least).for_each(|(sd, least)| *sd = (*sd * scale).max(least));
         if let Some(lambda) = self.lambda {
             for term in &mut self.field.terms {
                 term.amplitude = self.noise.0[term.row] / lambda.sqrt();

@@ -13,6 +13,8 @@ use super::motion::Motion;
 
 /// Motions on which the noise is judged.
 const JUDGED: usize = 16;
+/// Values that a likelihood needs.
+const FEWEST: usize = 6;
 /// Noise is lowered by this factor at a time.
 const FACTOR: f64 = 0.2;
 /// Lowest noise tried, relative to the estimate from differences.
@@ -61,8 +63,10 @@ pub(super) fn judge<M: Borrow<Motion>>(
         })
         .collect();
     let estimated = noise_of(&series, i)?;
-    let every = series.len().div_ceil(JUDGED);
-    let judged: Vec<&(&[f64], Vec<f64>)> = series.iter().step_by(every).collect();
+    let seen = |values: &[f64]| values.iter().filter(|y| y.is_finite()).count();
+    let long: Vec<_> = series.iter().filter(|(_, y)| seen(y) >= FEWEST).collect();
+    let every = long.len().div_ceil(JUDGED).max(1);
+    let judged: Vec<&(&[f64], Vec<f64>)> = long.into_iter().step_by(every).collect();
     let likelihood = |prior: Prior, sd: f64| -> f64 {
         let one = |(times, values): &&(&[f64], Vec<f64>)| {
             Smoother::new(prior)
@@ -99,7 +103,8 @@ pub(super) fn judge_rates(
         .iter()
         .filter_map(|m| Some((m.times(), column(m.rates()?, m.dimension(), i))))
         .collect();
-    if series.is_empty() { Ok(None) } else { noise_of(&series, i).map(Some) }
+    let measured = series.iter().any(|(_, rates)| rates.iter().any(|v| v.is_finite()));
+    if !measured { Ok(None) } else { noise_of(&series, i).map(Some) }
 }
 
 fn noise_of(series: &[(&[f64], Vec<f64>)], i: usize) -> Result<f64, IdentificationError> {
@@ -141,16 +146,10 @@ pub(super) fn smooth(
     Ok(smooth)
 }
 
-/// Coordinate i and its rate at the times `at`, smoothed; none where it cannot be.
-pub(super) fn one(
-    motion: &Motion,
-    i: usize,
-    channel: Channel,
-    at: &[f64],
-) -> Option<[Vec<f64>; 2]> {
+/// Coordinate i smoothed; none where it cannot be.
+pub(super) fn one(motion: &Motion, i: usize, channel: Channel) -> Option<Smoothed> {
     let values = column(motion.coordinates(), motion.dimension(), i);
-    let path = smooth_one(motion.times(), &values, None, None, channel).ok()?.at(at);
-    Some([path.value, path.first])
+    smooth_one(motion.times(), &values, None, None, channel).ok()
 }
 
 fn smooth_one(

@@ -47,7 +47,8 @@ struct SavedModel {
 }
 
 impl IdentifiedModel {
-    /// Writes the model as JSON, with its `version`; [`IdentifiedModel::load`] brings back the same bits.
+    /// Writes the model as JSON, with its `version`; [`IdentifiedModel::load`] brings back the
+    /// same f and g to the last bit, and their standard deviations to rounding (they are solved for anew).
     ///
     /// # Errors
     /// A file that cannot be written.

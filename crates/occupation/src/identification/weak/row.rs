@@ -188,9 +188,10 @@ impl<'w> RowWindow<'w> {
             responses: Vec::new(),
             right,
         };
-        if window.jumps.iter().any(|jump| jump / noise_sd >= NEGLIGIBLE) {
-            let jumps = covariance(window, &row.rows, i, noise_sd);
-            row.covariance = Some(row.reduce_both(jumps));
+        let jumps = window.jumps.iter().skip(i).step_by(n).map(|jump| jump / noise_sd).collect();
+        let jumps = significant(jumps, window, rate_weight);
+        if jumps.iter().any(|jump| *jump > 0.0) {
+            row.covariance = Some(row.reduce_both(covariance(window, &row.rows, &jumps)));
         }
         row.responses = (0..=motion.input_count()).map(|b| row.response(b)).collect();
         row
@@ -259,14 +260,23 @@ impl<'w> RowWindow<'w> {
     }
 }
 
-/// I + sum_k (q_k / sigma)^2 s_k s_k^T.
-fn covariance(window: &WeakWindow, rows: &[(usize, f64)], i: usize, noise_sd: f64) -> Mat<f64> {
+/// Jumps over sigma, zero where no measurement of the window sees as much as a small share of its noise.
+fn significant(mut jumps: Vec<f64>, window: &WeakWindow, rate_weight: Option<f64>) -> Vec<f64> {
     let times = window.motion.times();
-    let (n, samples) = (window.motion.dimension(), times.len());
+    let span = times[times.len() - 1] - times[0];
+    let reach = span.powi(window.order as i32 - 1).max(rate_weight.unwrap_or(0.0));
+    jumps.iter_mut().filter(|jump| **jump * reach < NEGLIGIBLE).for_each(|jump| *jump = 0.0);
+    jumps
+}
+
+/// I + sum_k (q_k / sigma)^2 s_k s_k^T.
+fn covariance(window: &WeakWindow, rows: &[(usize, f64)], jumps: &[f64]) -> Mat<f64> {
+    let times = window.motion.times();
+    let samples = times.len();
     let mut covariance = Mat::identity(rows.len(), rows.len());
     for k in 0..samples - 1 {
-        let jump = window.jumps[k * n + i] / noise_sd;
-        if jump < NEGLIGIBLE {
+        let jump = jumps[k];
+        if jump == 0.0 {
             continue;
         }
         let response = |&(row, weight): &(usize, f64)| {

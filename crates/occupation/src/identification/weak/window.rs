@@ -16,6 +16,8 @@ const GAUSS: [(f64, f64); 4] = [
 
 /// Where the quadrature's error is above this share of the integral, the interval says nothing.
 const UNRESOLVED: f64 = 0.03;
+/// What the integral over such an interval may be, relative to that of a typical y^(s).
+const SAYS_NOTHING: f64 = 20.0;
 /// Least jump over an interval of a window with intervals that say nothing, relative to the integral of a typical
 /// y^(s): without it, kernels chosen on stiff motion that is nearly free of noise follow the errors of quadrature.
 const NUGGET: f64 = 5e-3;
@@ -115,7 +117,8 @@ impl WeakWindow {
             let found = missing.abs().max(rougher.abs());
             let largest = values.iter().fold(0.1 * scale[i], |m, v| m.max(v.abs()));
             let unresolved = found > UNRESOLVED * (times[k + 1] - times[k]) * largest;
-            (if unresolved { scale[i] } else { found }, unresolved)
+            let most = SAYS_NOTHING * (times[k + 1] - times[k]) * scale[i];
+            (if unresolved { found.max(most) } else { found }, unresolved)
         };
         let mut jumps = vec![0.0; (samples - 1) * n];
         for i in 0..n {
