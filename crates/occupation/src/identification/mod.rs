@@ -10,6 +10,7 @@
 //! | weak form without initial derivatives | `weak` | whole windows, free initial values, the errors' exact covariance |
 //! | kernel family, widths, lambda, noise | [`choice`] | marginal likelihood in closed form |
 //! | arguments between samples | `path` | trajectories of trial models |
+//! | coefficients, first from the weak form | `fit`, `evidence` | linear regression in closed form |
 //! | few features instead of every sample | `basis` | pivoted Cholesky (Nystrom) |
 //! | errors in variables, motion between samples | `flow`, `refine` | the weak form along the model's own trajectories |
 //! | standard deviations of f and g | [`crate::Uncertainty`] | posterior of the last linearisation |
@@ -24,7 +25,9 @@ mod family;
 mod field;
 mod fit;
 mod flow;
+mod initial;
 mod inputs;
+mod matrix;
 mod motion;
 mod optimise;
 mod path;

@@ -18,9 +18,9 @@ pub(crate) struct Minimum {
     pub value: f64,
 }
 
-/// Follows the function downhill until an iteration gains less than `tolerance`, for `most` iterations, or until it would
-/// not come below `goal` if it went on gaining as it last did. Values that
-/// are not finite are walls. Differences are taken in parallel; the result does not depend on the number of threads.
+/// Follows the function downhill until an iteration gains less than `tolerance`, for `most` iterations, or until it
+/// would not come below `goal` if it went on gaining as it last did. Values that are not finite are walls. Differences
+/// are taken in parallel; the result does not depend on the number of threads.
 ///
 /// BFGS: J. Nocedal, S. J. Wright, Numerical Optimization (2006), algorithm 6.1.
 pub(crate) fn minimise(

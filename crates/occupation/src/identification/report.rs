@@ -52,7 +52,7 @@ pub struct BlockReport {
     pub lambda: f64,
     /// Landmarks of the sum.
     pub landmarks: usize,
-    /// Root mean square over the data of the function and of its standard deviation.
+    /// Root mean square of the function over the data.
     pub rms: f64,
     /// Of its standard deviation.
     pub sd: f64,

@@ -34,7 +34,7 @@ pub(super) struct Channel {
 pub(super) struct Smooth {
     pub values: Vec<f64>,
     pub rates: Vec<f64>,
-    /// Smoothed derivatives of order 1 and 2 of all coordinates, for first guesses.
+    /// Second derivatives, for first guesses.
     pub seconds: Vec<f64>,
 }
 

@@ -10,8 +10,6 @@ use std::error::Error;
 
 /// Exponent of the test functions.
 const EXPONENT: u32 = 4;
-/// Windows begin this many times a window's length.
-const OVERLAP: usize = 8;
 /// Fewest samples from one window to the next: windows closer together are nearly combinations
 /// of others, and whitening then magnifies what no smooth f and g explain.
 const SHORTEST_STRIDE: usize = 5;
@@ -62,13 +60,8 @@ impl Settings {
             )
             .into());
         }
-        let wanted = (samples / OVERLAP).max(SHORTEST_STRIDE);
-        let stride = stride(training, samples, wanted);
-        let proof = TestFunction::Compact {
-            exponent: EXPONENT,
-            width: window_s,
-            stride: stride.max(samples / 2),
-        };
+        let stride = stride(training, samples, (samples / 2).max(SHORTEST_STRIDE));
+        let proof = TestFunction::Compact { exponent: EXPONENT, width: window_s, stride };
         let settings = Self { window_s, order: columns.order, proof };
         if settings.long_enough(training).is_empty() {
             return Err(format!(

@@ -1,27 +1,15 @@
-//! Kernel family and widths, prior amplitude and noise of one coordinate, by marginal likelihood.
-//!
-//! ```text
-//! f_i ~ GP(0, a_0^2 K_0),   g_ij ~ GP(0, a_j^2 K_j),   lambda_j = sigma^2 / a_j^2
-//! ```
-//!
-//! The weak form is linear in f and g, so log p(y | kernels, a, sigma) is in closed form (module `evidence`). One
-//! block after the other is followed uphill with the others held, first in the first family, then in every other; the
-//! family of greatest evidence stays. Log-normal priors, wide on purpose, keep widths of dimensions that do not matter
-//! from running away. Which arguments an effectiveness depends on is found by forward selection.
-//!
-//! The search sees few equations; [`reconsider`] compares where it ended with the other priors that it came across on
-//! many more, at the cost of one evaluation each.
+//! The search over the blocks of one coordinate.
 
 use faer::Mat;
-use serde::{Deserialize, Serialize};
 
-use super::IdentificationError;
-use super::basis::Basis;
-use super::data::CLEARLY;
-use super::evidence::Posterior;
-use super::family::{Family, ScaledKernel};
-use super::optimise::minimise;
-use super::weak::{Remainders, WeakRow};
+use super::super::IdentificationError;
+use super::super::basis::Basis;
+use super::super::data::CLEARLY;
+use super::super::evidence::Posterior;
+use super::super::family::{Family, ScaledKernel};
+use super::super::optimise::minimise;
+use super::super::weak::{Remainders, WeakRow};
+use super::{Alternative, BlockChoice, RowChoice, Start, side_by_side};
 use crate::linear::NonPositivePivot;
 
 /// Prior standard deviation of log widths about twice the spread of the arguments.
@@ -42,123 +30,6 @@ const SYSTEMATIC: f64 = 0.1;
 const OF_FIRST: f64 = 0.5;
 /// Nats that another iteration must gain.
 const GAIN: f64 = 0.05;
-
-/// The prior of one function f_i or g_ij.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct BlockChoice {
-    /// Kernel with its widths.
-    pub kernel: ScaledKernel,
-    /// Prior standard deviation a, in units of f_i or g_ij over those of the kernel.
-    pub amplitude: f64,
-    /// Root mean square of the posterior standard deviation on the data that were used for choosing.
-    pub posterior_sd: f64,
-    /// Arguments on which the function depends; in the others it was chosen flat.
-    pub depends_on: Vec<usize>,
-}
-
-/// What was chosen for one coordinate.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RowChoice {
-    /// f_i, g_i1, ..., g_im.
-    pub blocks: Vec<BlockChoice>,
-    /// Standard deviation sigma of the samples' errors.
-    pub noise_sd: f64,
-    /// log p(y) of the windows that were used for choosing, in nats.
-    pub log_evidence: f64,
-}
-
-/// What the search starts from.
-pub(crate) struct Start<'s> {
-    /// Mean and spread of each argument.
-    pub centre: &'s [f64],
-    pub spread: &'s [f64],
-    /// Arguments from which landmarks are taken, rows of d.
-    pub candidates: &'s [f64],
-    /// First guesses of the amplitudes of f_i, g_i1, ... and of the noise.
-    pub amplitudes: Vec<f64>,
-    pub noise_sd: f64,
-    /// Families that may be chosen for f and for g.
-    pub families: &'s [Family],
-    /// Widths that are given, one per argument.
-    pub widths: Option<&'s [f64]>,
-    /// lambda = sigma^2 / a^2 that is given.
-    pub lambda: Option<f64>,
-    /// How thoroughly to search.
-    pub effort: Effort,
-}
-
-/// How thoroughly to search.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Effort {
-    /// Most families that are tried.
-    families: usize,
-    /// Rounds over the blocks.
-    rounds: usize,
-    /// Most iterations on one block.
-    iterations: usize,
-    /// Most landmarks of a block.
-    landmarks: usize,
-}
-
-impl Effort {
-    /// Enough for a trial model.
-    pub const QUICK: Self = Self { families: 1, rounds: 1, iterations: 6, landmarks: 80 };
-    /// Until nothing is gained.
-    pub const THOROUGH: Self =
-        Self { families: usize::MAX, rounds: 2, iterations: 12, landmarks: 160 };
-}
-
-/// Chooses the priors of one coordinate, and tells which others were tried.
-pub(crate) fn choose(
-    row: &WeakRow<'_>,
-    start: &Start<'_>,
-) -> Result<(RowChoice, Vec<Alternative>), IdentificationError> {
-    let mut search = Search::new(row, start)?;
-    let blocks = start.amplitudes.len();
-    for b in 0..blocks {
-        search.improve(b, search.blocks[b].choice.kernel.family);
-    }
-    for b in 1..blocks {
-        search.widen(b);
-    }
-    for b in 0..blocks {
-        if search.is_constant(b) {
-            continue;
-        }
-        for &family in start.families.iter().take(start.effort.families) {
-            if family != search.blocks[b].choice.kernel.family {
-                search.improve(b, family);
-            }
-        }
-    }
-    for _ in 1..start.effort.rounds {
-        for b in 0..blocks {
-            search.improve(b, search.blocks[b].choice.kernel.family);
-        }
-    }
-    Ok(search.finish())
-}
-
-/// A prior of block `block` that few equations did not prefer.
-#[derive(Debug, Clone)]
-pub(crate) struct Alternative {
-    block: usize,
-    choice: BlockChoice,
-}
-
-/// What more equations make of a choice and its alternatives: families with few features are preferred by few equations,
-/// and their standard deviations know nothing of what they cannot follow.
-pub(crate) fn reconsider(
-    row: &WeakRow<'_>,
-    start: &Start<'_>,
-    (chosen, alternatives): (RowChoice, Vec<Alternative>),
-) -> Result<RowChoice, IdentificationError> {
-    let mut search = Search::at(row, start, &chosen)?;
-    for Alternative { block, choice } in alternatives {
-        search.compare(block, choice);
-    }
-    Ok(search.finish().0)
-}
 
 fn first_kernel(start: &Start<'_>, family: Family) -> ScaledKernel {
     let widths = match start.widths {
@@ -183,7 +54,7 @@ struct Found {
     log_evidence: f64,
 }
 
-struct Search<'s> {
+pub(super) struct Search<'s> {
     row: &'s WeakRow<'s>,
     start: &'s Start<'s>,
     blocks: Vec<Block>,
@@ -194,7 +65,10 @@ struct Search<'s> {
 
 impl<'s> Search<'s> {
     /// A drift that depends on everything, and constant effectiveness where widths are not given.
-    fn new(row: &'s WeakRow<'s>, start: &'s Start<'s>) -> Result<Self, IdentificationError> {
+    pub(super) fn new(
+        row: &'s WeakRow<'s>,
+        start: &'s Start<'s>,
+    ) -> Result<Self, IdentificationError> {
         let first = |(b, &amplitude): (usize, &f64)| {
             let mut kernel = first_kernel(start, start.families[0]);
             if b > 0 && start.widths.is_none() {
@@ -206,7 +80,7 @@ impl<'s> Search<'s> {
         Self::at(row, start, &RowChoice { blocks, noise_sd: start.noise_sd, log_evidence: 0.0 })
     }
 
-    fn at(
+    pub(super) fn at(
         row: &'s WeakRow<'s>,
         start: &'s Start<'s>,
         from: &RowChoice,
@@ -246,7 +120,7 @@ impl<'s> Search<'s> {
     }
 
     /// Follows block b uphill as `family`; keeps what is better than before.
-    fn improve(&mut self, b: usize, family: Family) {
+    pub(super) fn improve(&mut self, b: usize, family: Family) {
         let same = self.blocks[b].choice.kernel.family == family;
         let from = if same { self.blocks[b].choice.clone() } else { self.other(b, family) };
         let found = self.follow(b, from);
@@ -254,7 +128,7 @@ impl<'s> Search<'s> {
     }
 
     /// Takes another prior of block b if that is better.
-    fn compare(&mut self, b: usize, choice: BlockChoice) {
+    pub(super) fn compare(&mut self, b: usize, choice: BlockChoice) {
         let arguments = |choice: &BlockChoice| self.dependences(choice).len();
         let more = arguments(&choice) > arguments(&self.blocks[b].choice);
         let worth = if more { self.worth(None) } else { 0.0 };
@@ -280,7 +154,7 @@ impl<'s> Search<'s> {
     }
 
     /// Lets the function of block b depend on more arguments, one at a time, as long as that is worth it.
-    fn widen(&mut self, b: usize) {
+    pub(super) fn widen(&mut self, b: usize) {
         let mut first_gain: Option<f64> = None;
         loop {
             let choice = &self.blocks[b].choice;
@@ -312,7 +186,12 @@ impl<'s> Search<'s> {
         WORTH + (1.0 - noise * noise) * systematic
     }
 
-    fn is_constant(&self, b: usize) -> bool {
+    /// The family of block b at present.
+    pub(super) fn family(&self, b: usize) -> Family {
+        self.blocks[b].choice.kernel.family
+    }
+
+    pub(super) fn is_constant(&self, b: usize) -> bool {
         self.dependences(&self.blocks[b].choice).is_empty()
     }
 
@@ -371,9 +250,10 @@ impl<'s> Search<'s> {
         if self.start.widths.is_none() {
             let mut free = theta.iter();
             for (i, width) in kernel.widths.iter_mut().enumerate() {
-                *width = match free.as_slice() {
-                    _ if flat[i] => FLAT * self.start.spread[i],
-                    _ => free.next().map_or(*width, |t| t.exp()),
+                *width = if flat[i] {
+                    FLAT * self.start.spread[i]
+                } else {
+                    free.next().map_or(*width, |t| t.exp())
                 };
             }
         }
@@ -448,7 +328,7 @@ impl<'s> Search<'s> {
         Ok(posterior)
     }
 
-    /// phi^T C phi at the landmarks, averaged.
+    /// Root mean square of the standard deviation sqrt(phi^T C phi) at the candidates.
     fn posterior_sd(&self, b: usize) -> Option<f64> {
         let block = &self.blocks[b];
         let posterior = self.posterior(b, block, self.noise_sd).ok()?;
@@ -463,7 +343,7 @@ impl<'s> Search<'s> {
         Some(block.choice.amplitude * mean.sqrt())
     }
 
-    fn finish(mut self) -> (RowChoice, Vec<Alternative>) {
+    pub(super) fn finish(mut self) -> (RowChoice, Vec<Alternative>) {
         for b in 0..self.blocks.len() {
             self.blocks[b].choice.amplitude = self.amplitude(&self.blocks[b].choice, self.noise_sd);
             self.blocks[b].choice.depends_on = self.dependences(&self.blocks[b].choice);
@@ -478,16 +358,4 @@ impl<'s> Search<'s> {
         };
         (row, self.alternatives)
     }
-}
-
-pub(crate) fn side_by_side(parts: &[&Mat<f64>]) -> Mat<f64> {
-    let rows = parts.first().map_or(0, |part| part.nrows());
-    let columns = parts.iter().map(|part| part.ncols()).sum();
-    let mut whole = Mat::zeros(rows, columns);
-    let mut first = 0;
-    for part in parts {
-        whole.as_mut().subcols_mut(first, part.ncols()).copy_from(part);
-        first += part.ncols();
-    }
-    whole
 }
