@@ -114,6 +114,9 @@ pub(crate) fn choose(
         for b in 0..blocks {
             search.improve(b, search.family(b));
         }
+        if start.widths.is_none() {
+            (1..blocks).for_each(|b| search.narrow(b));
+        }
     }
     Ok(search.finish())
 }

@@ -1,5 +1,7 @@
 //! The search over the blocks of one coordinate.
 
+use std::cmp::Ordering;
+
 use faer::Mat;
 
 use super::super::IdentificationError;
@@ -27,7 +29,7 @@ const WORTH: f64 = 1.0;
 /// ... and for each equation, where the misfit is systematic: more than this times the samples' noise.
 const SYSTEMATIC: f64 = 0.1;
 /// ... and, for any but the first argument, of what the first brought.
-const OF_FIRST: f64 = 0.5;
+const OF_FIRST: f64 = 1.0;
 /// Nats that another iteration must gain.
 const GAIN: f64 = 0.05;
 
@@ -61,6 +63,8 @@ pub(super) struct Search<'s> {
     noise_sd: f64,
     log_evidence: f64,
     alternatives: Vec<Alternative>,
+    /// What the first argument of each block brought.
+    first_gains: Vec<Option<f64>>,
 }
 
 impl<'s> Search<'s> {
@@ -92,6 +96,7 @@ impl<'s> Search<'s> {
             noise_sd: from.noise_sd,
             log_evidence: f64::NEG_INFINITY,
             alternatives: Vec::new(),
+            first_gains: vec![None; from.blocks.len()],
         };
         for (b, choice) in from.blocks.iter().enumerate() {
             let block = search.block(b, choice.clone());
@@ -123,15 +128,18 @@ impl<'s> Search<'s> {
     pub(super) fn improve(&mut self, b: usize, family: Family) {
         let same = self.blocks[b].choice.kernel.family == family;
         let from = if same { self.blocks[b].choice.clone() } else { self.other(b, family) };
-        let found = self.follow(b, from);
+        let found = self.follow(b, from, self.log_evidence);
         self.keep_better(b, found, 0.0);
     }
 
     /// Takes another prior of block b if that is better.
     pub(super) fn compare(&mut self, b: usize, choice: BlockChoice) {
         let arguments = |choice: &BlockChoice| self.dependences(choice).len();
-        let more = arguments(&choice) > arguments(&self.blocks[b].choice);
-        let worth = if more { self.worth(None) } else { 0.0 };
+        let worth = match arguments(&choice).cmp(&arguments(&self.blocks[b].choice)) {
+            Ordering::Greater => self.worth(None),
+            Ordering::Equal => 0.0,
+            Ordering::Less => -self.worth(None),
+        };
         let block = self.block(b, choice);
         let log_evidence = self.objective(b, &block, self.noise_sd);
         self.keep_better(b, Found { block, noise_sd: self.noise_sd, log_evidence }, worth);
@@ -155,7 +163,6 @@ impl<'s> Search<'s> {
 
     /// Lets the function of block b depend on more arguments, one at a time, as long as that is worth it.
     pub(super) fn widen(&mut self, b: usize) {
-        let mut first_gain: Option<f64> = None;
         loop {
             let choice = &self.blocks[b].choice;
             let flat: Vec<usize> =
@@ -163,27 +170,46 @@ impl<'s> Search<'s> {
             let tried = flat.into_iter().map(|i| {
                 let mut from = choice.clone();
                 from.kernel.widths[i] = 2.0 * self.start.spread[i];
-                self.follow(b, from)
+                self.follow(b, from, self.log_evidence)
             });
             let best = tried.max_by(|x, y| x.log_evidence.total_cmp(&y.log_evidence));
             let Some(found) = best else { break };
             let gain = found.log_evidence - self.log_evidence;
-            if gain <= self.worth(first_gain) {
+            if gain <= self.worth(self.first_gains[b]) {
                 self.alternatives.push(Alternative { block: b, choice: found.block.choice });
                 break;
             }
-            first_gain.get_or_insert(gain);
+            self.first_gains[b].get_or_insert(gain);
             self.accept(b, found);
         }
     }
 
-    /// Nats that another argument must bring: where the misfit is more than the samples' noise it is systematic, and
-    /// any function that is given freedom follows it a little.
+    /// Takes arguments away again that are not worth it beside what the other blocks have become.
+    pub(super) fn narrow(&mut self, b: usize) {
+        loop {
+            let choice = &self.blocks[b].choice;
+            let dependences = self.dependences(choice);
+            let worth = self.worth(self.first_gains[b].filter(|_| dependences.len() > 1));
+            let tried = dependences.into_iter().map(|i| {
+                let mut from = choice.clone();
+                from.kernel.widths[i] = FLAT * self.start.spread[i];
+                self.follow(b, from, self.log_evidence - worth)
+            });
+            let best = tried.max_by(|x, y| x.log_evidence.total_cmp(&y.log_evidence));
+            match best.filter(|found| self.log_evidence - found.log_evidence < worth) {
+                Some(found) => self.accept(b, found),
+                None => break,
+            }
+        }
+    }
+
+    /// Nats that another argument must bring: where the misfit is more than the samples' noise, or most of that is taken
+    /// for jumps, it is systematic, and any function that is given freedom follows it a little.
     fn worth(&self, first_gain: Option<f64>) -> f64 {
         let noise = (CLEARLY * self.start.noise_sd / self.noise_sd).min(1.0);
-        let share = SYSTEMATIC * self.row.equations() as f64;
-        let systematic = share.max(OF_FIRST * first_gain.unwrap_or(0.0));
-        WORTH + (1.0 - noise * noise) * systematic
+        let share = (1.0 - noise * noise).max(self.row.share_of_jumps());
+        let systematic = SYSTEMATIC * self.row.equations() as f64;
+        WORTH + share * systematic.max(OF_FIRST * first_gain.unwrap_or(0.0))
     }
 
     /// The family of block b at present.
@@ -206,14 +232,15 @@ impl<'s> Search<'s> {
         choice.kernel.widths[i] >= FLAT * self.start.spread[i]
     }
 
-    /// Follows the evidence uphill in the widths that are not flat, the amplitude and the noise.
-    fn follow(&self, b: usize, from: BlockChoice) -> Found {
+    /// Follows the evidence uphill in the widths that are not flat, the amplitude and the noise, as long as it may come
+    /// above `goal`.
+    fn follow(&self, b: usize, from: BlockChoice, goal: f64) -> Found {
         let family = from.kernel.family;
         let flat: Vec<bool> =
             (0..self.start.spread.len()).map(|i| self.is_flat(&from, i)).collect();
         let cost = |theta: &[f64]| -self.penalised(b, family, &flat, theta);
         let start = self.parameters(&from, self.noise_sd);
-        let found = minimise(start, GAIN, self.start.effort.iterations, -self.log_evidence, cost);
+        let found = minimise(start, GAIN, self.start.effort.iterations, -goal, cost);
         let (choice, noise_sd) = self.decode(b, family, &flat, &found.at);
         Found { block: self.block(b, choice), noise_sd, log_evidence: -found.value }
     }

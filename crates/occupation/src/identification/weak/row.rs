@@ -76,6 +76,16 @@ impl<'w> WeakRow<'w> {
         }
     }
 
+    /// Share of the errors' variance that is taken for jumps, from 0 to 1.
+    pub fn share_of_jumps(&self) -> f64 {
+        let total = |window: &RowWindow| match &window.covariance {
+            Some(c) => (0..c.nrows()).map(|k| c[(k, k)]).sum(),
+            None => window.right.len() as f64,
+        };
+        let total: f64 = self.windows.iter().map(total).sum();
+        1.0 - self.equations() as f64 / total.max(1.0)
+    }
+
     /// Number of equations.
     pub fn equations(&self) -> usize {
         self.right.len()
