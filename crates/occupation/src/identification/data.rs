@@ -18,8 +18,6 @@ const CANDIDATES: usize = 3000;
 const TYPICAL_TIMES: f64 = 2.0 * std::f64::consts::PI;
 /// ... and hold at least so many samples.
 const SHORTEST_WINDOW: usize = 24;
-/// What is left after a fit is more than noise from this many noise standard deviations on.
-pub(super) const CLEARLY: f64 = 2.0;
 
 /// The motions, smoothed and cut into windows.
 pub(crate) struct Data {
@@ -142,11 +140,6 @@ impl Data {
     /// The equations of coordinate i in some windows.
     pub fn row<'w>(&self, windows: &'w [WeakWindow], i: usize) -> WeakRow<'w> {
         WeakRow::new(windows, i, self.channels[i].noise_sd, self.rate_weight(i))
-    }
-
-    /// Whether what a model leaves of any output, `noise`, is clearly more than the samples' noise.
-    pub fn is_systematic(&self, noise: &[f64]) -> bool {
-        self.channels.iter().zip(noise).any(|(channel, left)| *left > CLEARLY * channel.noise_sd)
     }
 
     /// First guesses of the prior amplitudes.

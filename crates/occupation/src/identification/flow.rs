@@ -366,3 +366,17 @@ fn back_to_start(nodes: &mut [Node], matrices: &[Matrix], h: f64) {
         node -= 2;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cubic_is_its_own_interpolation() {
+        let (value, slope) = (|s: f64| 2.0 - s + 3.0 * s * s * s, |s: f64| -1.0 + 9.0 * s * s);
+        for s in [0.0, 0.2, 0.7, 1.0] {
+            let found = hermite([value(0.0), value(1.0)], [slope(0.0), slope(1.0)], s);
+            assert!((found - value(s)).abs() < 1e-14, "{s}: {found}");
+        }
+    }
+}

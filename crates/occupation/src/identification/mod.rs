@@ -57,9 +57,7 @@ use weak::WeakWindow;
 const CHOOSING_EQUATIONS: usize = 2100;
 /// ... and on which the choice is compared with others that were tried.
 const RECONSIDERING_EQUATIONS: usize = 20_000;
-/// Trial models on few windows before kernels are chosen in earnest; the second where the first leaves more than noise.
-const MOST_TRIALS: usize = 2;
-/// Most landmarks of the first of them.
+/// Most landmarks of the first of two trial models.
 const TRIAL_LANDMARKS: usize = 120;
 /// Landmarks may leave this share of the posterior standard deviation.
 const LANDMARK_SHARE: f64 = 0.01;
@@ -133,24 +131,21 @@ impl Identification {
     }
 
     /// A trial model that is good enough to tell what passes between samples, and a few windows as weak equations along
-    /// its trajectories.
+    /// its trajectories. The first of two knows but cubics between samples, and where motion is stiff only the second is
+    /// good enough: what the first leaves there drowns among many samples that it explains.
     fn along_trials(&self, data: &Data) -> Result<(Field, Vec<WeakWindow>), IdentificationError> {
         let few = data.some_windows(CHOOSING_EQUATIONS);
         let mut windows: Vec<WeakWindow> = few.iter().map(|&k| data.windows[k].clone()).collect();
-        let mut trial = 0;
-        loop {
-            let most = if trial == 0 { TRIAL_LANDMARKS } else { self.most_landmarks };
+        let mut trial = None;
+        for most in [TRIAL_LANDMARKS.min(self.most_landmarks), self.most_landmarks] {
             let chosen = self.choose(data, &windows, Effort::QUICK)?;
             let rows: Vec<RowChoice> = chosen.into_iter().map(|(row, _)| row).collect();
-            let field = self.field(data, &rows, most.min(self.most_landmarks));
-            let field = fit::fit(data, &windows, &rows, field)?;
+            let field = fit::fit(data, &windows, &rows, self.field(data, &rows, most))?;
             let refined = self.refinement(data, field, &few).run()?;
             windows = path::along(&refined.field, &data.setting(self), &refined.windows);
-            trial += 1;
-            if trial == MOST_TRIALS || !data.is_systematic(&refined.noise.0) {
-                return Ok((refined.field, windows));
-            }
+            trial = Some(refined.field);
         }
+        trial.map(|field| (field, windows)).ok_or(IdentificationError::NothingToChoose)
     }
 
     /// Compares what was chosen with its alternatives on more windows.

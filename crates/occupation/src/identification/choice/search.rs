@@ -6,7 +6,6 @@ use faer::Mat;
 
 use super::super::IdentificationError;
 use super::super::basis::Basis;
-use super::super::data::CLEARLY;
 use super::super::evidence::Posterior;
 use super::super::family::{Family, ScaledKernel};
 use super::super::optimise::minimise;
@@ -26,8 +25,10 @@ const FLAT: f64 = 1e4;
 const PRICE: f64 = 0.02;
 /// Nats that dependence on another argument must bring ...
 const WORTH: f64 = 1.0;
-/// ... and for each equation, where the misfit is systematic: more than this times the samples' noise.
+/// ... and for each equation, where the misfit is systematic ...
 const SYSTEMATIC: f64 = 0.1;
+/// ... which is more than this times the samples' noise,
+const CLEARLY: f64 = 2.0;
 /// ... and, for any but the first argument, of what the first brought.
 const OF_FIRST: f64 = 1.0;
 /// Nats that another iteration must gain.
@@ -132,10 +133,13 @@ impl<'s> Search<'s> {
         self.keep_better(b, found, 0.0);
     }
 
-    /// Takes another prior of block b if that is better.
+    /// Takes another prior of block b if that is better. A further argument is not looked at again: its worth was
+    /// judged beside the first one's.
     pub(super) fn compare(&mut self, b: usize, choice: BlockChoice) {
         let arguments = |choice: &BlockChoice| self.dependences(choice).len();
-        let worth = match arguments(&choice).cmp(&arguments(&self.blocks[b].choice)) {
+        let present = arguments(&self.blocks[b].choice);
+        let worth = match arguments(&choice).cmp(&present) {
+            Ordering::Greater if b > 0 && present > 0 => return,
             Ordering::Greater => self.worth(None),
             Ordering::Equal => 0.0,
             Ordering::Less => -self.worth(None),

@@ -325,6 +325,7 @@ fn initial_columns(
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::family::{Family, ScaledKernel};
     use super::super::super::motion::{InputPath, Motion};
     use super::*;
     use crate::Functional;
@@ -351,6 +352,53 @@ mod tests {
             let expected = [(1.0 - (3.0 * t).cos()) / 9.0, (3.0 * t).sin() / 3.0];
             for (p, e) in expected.iter().enumerate() {
                 assert!((found[p * 24 + k] - e).abs() < 2e-5, "{p} {k}");
+            }
+        }
+    }
+
+    /// int int sin(2 t) from values at the nodes within the intervals.
+    #[test]
+    fn integrals_along_a_path_are_those_of_the_integrand() {
+        let motion = window(2).motion;
+        let times = motion.times().to_vec();
+        let shares = crate::identification::weak::shares_within(2);
+        let between = |t: &[f64]| {
+            let (start, step) = (t[0], t[1] - t[0]);
+            shares.iter().map(move |share| (2.0 * (start + share * step)).sin())
+        };
+        let values: Vec<f64> = times.windows(2).flat_map(between).collect();
+        let none = vec![0.0; 23];
+        let w = WeakWindow::along(motion, values.clone(), 2, InputPath::Smooth, 2, none);
+        let mut found = Vec::new();
+        w.integrate(&values, 0, 2, &mut found);
+        for (k, t) in times.iter().enumerate() {
+            let expected = [0.5 * t - 0.25 * (2.0 * t).sin(), 0.5 - 0.5 * (2.0 * t).cos()];
+            for (p, e) in expected.iter().enumerate() {
+                assert!((found[p * 24 + k] - e).abs() < 1e-12, "{p} {k}");
+            }
+        }
+    }
+
+    /// What landmarks leave is what dense kernels have and features have not.
+    #[test]
+    fn remainders_make_few_landmarks_as_good_as_all() {
+        let w = [window(2)];
+        let row = WeakRow::new(&w, 0, 1.0, None);
+        let kernel = ScaledKernel { family: Family::Matern, centre: vec![0.5], widths: vec![0.4] };
+        let covariance = |most: usize| {
+            let basis = Basis::choose(kernel.clone(), &w[0].arguments, 1e-12, most);
+            let design = row.design(&basis, 0);
+            let mut whole = &design * design.transpose();
+            if let Some(left) = row.remainders(&basis, 0).0.first() {
+                whole += left;
+            }
+            whole
+        };
+        let (all, few) = (covariance(24), covariance(3));
+        for i in 0..all.nrows() {
+            for j in 0..=i {
+                let scale = (all[(i, i)] * all[(j, j)]).sqrt();
+                assert!((all[(i, j)] - few[(i, j)]).abs() < 1e-8 * scale, "{i} {j}");
             }
         }
     }
