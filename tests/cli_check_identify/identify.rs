@@ -121,7 +121,9 @@ fn identify_keeps_what_is_given() {
         assert_eq!(block["kernel"]["widths"], json!([1.0, 5.0]));
     }
     let report = bench.json(&arguments(&["identify", "--json", "--window", "1.5"], &runs));
-    assert_eq!(report["chosen"]["window_seconds"], 1.5);
+    // Recordings are cut into equal windows about as long.
+    let longest = report["chosen"]["window_seconds"].as_f64().unwrap();
+    assert!((longest / 1.5 - 1.0).abs() < 0.25, "{longest}");
     assert_eq!(report["window_s"], 1.5);
     let text = stdout(&bench.lacuna(&arguments(&["identify", "--kernel", "polynomial"], &runs)));
     for part in ["polynomial of degree 3", "g of x by u", "noise: x", "Residuals in windows of"] {

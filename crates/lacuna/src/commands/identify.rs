@@ -69,8 +69,8 @@ pub struct Arguments {
     /// Noise variance over prior variance; without, what makes the recordings most likely
     #[arg(long, value_parser = positive_number)]
     lambda: Option<f64>,
-    /// Length of the windows with free initial values, at least 24 samples; without, a typical
-    /// period
+    /// Length of the windows with free initial values, about (recordings are cut into equal parts) and
+    /// at least 24 samples; without, a typical period
     #[arg(long, value_name = "SECONDS", value_parser = positive_number)]
     window: Option<f64>,
     /// What the inputs do between samples

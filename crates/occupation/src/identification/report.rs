@@ -19,7 +19,7 @@ const PROBES: usize = 400;
 pub struct Report {
     /// Choice for each coordinate.
     pub rows: Vec<RowReport>,
-    /// Length of the windows with free initial values, seconds.
+    /// Length of the longest window with free initial values, seconds.
     pub window_seconds: f64,
     /// Windows at the end; more than at first where the model could not follow long ones.
     pub windows: usize,
