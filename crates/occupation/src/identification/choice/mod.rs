@@ -9,7 +9,7 @@
 //! family of greatest evidence stays. Log-normal priors, wide on purpose, keep widths of dimensions that do not matter
 //! from running away. Which arguments an effectiveness depends on is found by forward selection.
 //!
-//! The search sees few equations; [`reconsider`] compares where it ended with the other priors that it came across on
+//! The search sees few equations; `reconsider` compares where it ended with the other priors that it came across on
 //! many more, at the cost of one evaluation each.
 
 mod search;
