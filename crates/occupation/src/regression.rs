@@ -79,7 +79,9 @@ impl Regression {
         let mut occupation = OccupationKernels::new(first.argument_count(), first.input_count());
         let (mut right_hand_sides, mut noise) = (Vec::new(), Vec::new());
         for (index, data) in trajectories.iter().enumerate() {
-            check_same_shape(index, data, first)?;
+            if let Some((what, expected, found)) = first.other_shape(data) {
+                return Err(FitError::Shape { trajectory: index, what, expected, found });
+            }
             let weak = self.weak_trajectory(index, data)?;
             let before = occupation.samples();
             occupation.append(data.arguments(), data.inputs(), weak.occupation);
@@ -153,24 +155,6 @@ struct WeakTrajectory {
     noise: Vec<crate::Functional>,
     /// Functionals x n.
     right_hand_sides: Vec<f64>,
-}
-
-fn check_same_shape(
-    index: usize,
-    data: &TrajectoryData,
-    first: &TrajectoryData,
-) -> Result<(), FitError> {
-    let counts = [
-        ("coordinates", first.dimension(), data.dimension()),
-        ("inputs", first.input_count(), data.input_count()),
-        ("arguments", first.argument_count(), data.argument_count()),
-    ];
-    match counts.into_iter().find(|(_, expected, found)| expected != found) {
-        Some((what, expected, found)) => {
-            Err(FitError::Shape { trajectory: index, what, expected, found })
-        }
-        None => Ok(()),
-    }
 }
 
 impl WeakSystem {

@@ -101,6 +101,16 @@ impl TrajectoryData {
         &self.coordinates
     }
 
+    /// What has another number of columns in `other`, with the number here and there; none where all agree.
+    pub fn other_shape(&self, other: &Self) -> Option<(&'static str, usize, usize)> {
+        let counts = [
+            ("coordinates", self.dimension(), other.dimension()),
+            ("inputs", self.input_count(), other.input_count()),
+            ("arguments", self.argument_count(), other.argument_count()),
+        ];
+        counts.into_iter().find(|(_, here, there)| here != there)
+    }
+
     /// Known derivatives of the coordinates at the first sample, (s-1) x n.
     pub fn initial_derivatives(&self) -> Option<&[f64]> {
         self.initial_derivatives.as_deref()

@@ -36,28 +36,12 @@ impl LibraryModel {
         let (library, inputs) = (Library::new(first.argument_count(), DEGREE), first.input_count());
         let mut equations = NormalEquations::new(library.size() * (1 + inputs), first.dimension());
         for (trajectory, recording) in data.iter().enumerate() {
-            check_same_shape(trajectory, recording, first)?;
+            if let Some((what, expected, found)) = first.other_shape(recording) {
+                return Err(SparseRegressionError::Shape { trajectory, what, expected, found });
+            }
             gather(&library, recording, &mut equations)?;
         }
         Ok(Self { library, inputs, coefficients: stlsq.solve(&equations)? })
-    }
-}
-
-fn check_same_shape(
-    trajectory: usize,
-    data: &TrajectoryData,
-    first: &TrajectoryData,
-) -> Result<(), SparseRegressionError> {
-    let counts = [
-        ("coordinates", first.dimension(), data.dimension()),
-        ("inputs", first.input_count(), data.input_count()),
-        ("arguments", first.argument_count(), data.argument_count()),
-    ];
-    match counts.into_iter().find(|(_, expected, found)| expected != found) {
-        Some((what, expected, found)) => {
-            Err(SparseRegressionError::Shape { trajectory, what, expected, found })
-        }
-        None => Ok(()),
     }
 }
 

@@ -28,6 +28,11 @@ impl Term {
         self.weights = self.basis.to_weights(coefficients);
     }
 
+    /// Prior standard deviations of the coefficients of some terms, one after the other.
+    pub fn priors<'t>(terms: impl IntoIterator<Item = &'t Self>) -> Vec<f64> {
+        terms.into_iter().flat_map(|t| std::iter::repeat_n(t.amplitude, t.basis.rank())).collect()
+    }
+
     fn input(&self, u: &[f64]) -> f64 {
         if self.block == 0 { 1.0 } else { u[self.block - 1] }
     }

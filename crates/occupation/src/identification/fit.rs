@@ -51,8 +51,7 @@ fn fit_row(
     let mut normal = Normal::new(size);
     let no_evidence = |_| IdentificationError::NoEvidence;
     groups.map_err(no_evidence)?.iter().for_each(|g| normal.merge(g));
-    let prior: Vec<f64> =
-        terms.iter().flat_map(|t| std::iter::repeat_n(t.amplitude, t.basis.rank())).collect();
+    let prior = Term::priors(terms.iter().copied());
     let posterior = normal.posterior(&prior, 1.0).map_err(no_evidence)?;
     let mut first = 0;
     for term in field.terms.iter_mut().filter(|t| t.row == i) {

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::IdentificationError;
 use super::choice::side_by_side;
 use super::evidence::{Normal, Posterior};
-use super::field::Field;
+use super::field::{Field, Term};
 use super::flow::{Integrator, Run, Setting, Shot};
 use super::initial::{Misfit, fit_initial, guess_initial, measurements};
 
@@ -122,8 +122,7 @@ impl Refinement {
     }
 
     fn prior(&self) -> Vec<f64> {
-        let terms = self.field.terms.iter();
-        terms.flat_map(|t| std::iter::repeat_n(t.amplitude, t.basis.rank())).collect()
+        Term::priors(&self.field.terms)
     }
 
     fn cost(&self, field: &Field, left: &Misfit) -> f64 {

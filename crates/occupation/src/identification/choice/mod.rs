@@ -7,7 +7,8 @@
 //! The weak form is linear in f and g, so log p(y | kernels, a, sigma) is in closed form (module `evidence`). One
 //! block after the other is followed uphill with the others held, first in the first family, then in every other; the
 //! family of greatest evidence stays. Log-normal priors, wide on purpose, keep widths of dimensions that do not matter
-//! from running away. Which arguments an effectiveness depends on is found by forward selection.
+//! from running away. Which arguments an effectiveness depends on is found by forward selection, and backward again
+//! where other blocks have made one needless.
 //!
 //! The search sees few equations; `reconsider` compares where it ended with the other priors that it came across on
 //! many more, at the cost of one evaluation each.
