@@ -2,10 +2,13 @@
 
 use crate::error::{TableError, check_count, check_finite, check_indices, check_length};
 use crate::lanes::{Dispatch, Lanes, OnLanes};
-use crate::{LANES, MOST_ENTRIES, Table};
+use crate::{LANES, Table};
 
 /// Most arguments of a model.
 pub const MOST_ARGUMENTS: usize = 64;
+
+/// Most functions in a sum over landmarks.
+pub const MOST_SUMS: usize = 32;
 
 /// The kernel as a function psi of one number s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +48,7 @@ pub struct LandmarkSum<'a> {
     pub centre: Table<'a, f64>,
     /// Factors b of the arguments, d numbers.
     pub factors: Table<'a, f64>,
-    /// The functions, at most [`MOST_ENTRIES`], as in [`crate::Group::entries`].
+    /// The functions, at most [`MOST_SUMS`], as in [`crate::Group::entries`].
     pub entries: Table<'a, u16>,
     /// Tiles of eight landmarks: their coordinates, d x 8, then their weights, entries x 8 (zero for what fills up).
     pub tiles: Table<'a, f64>,
@@ -55,7 +58,7 @@ impl LandmarkSum<'_> {
     pub(crate) fn check(&self, arguments: usize, functions: usize) -> Result<(), TableError> {
         check_length("centre", arguments, self.centre.len())?;
         check_length("factors of arguments", arguments, self.factors.len())?;
-        check_count("functions of a sum", MOST_ENTRIES, self.entries.len())?;
+        check_count("functions of a sum", MOST_SUMS, self.entries.len())?;
         check_indices("functions of a sum", functions, self.entries.iter().copied())?;
         let tile = LANES * (arguments + self.entries.len());
         check_length("tiles", self.tiles.len().next_multiple_of(tile), self.tiles.len())?;
@@ -89,50 +92,32 @@ struct AddSum<'s, 'a, F> {
 impl<F: FnMut(u16, f64)> OnLanes for AddSum<'_, '_, F> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        match self.sum.entries.len() {
-            1 => self.entries::<L, 1>(lanes),
-            2 => self.entries::<L, 2>(lanes),
-            3 => self.entries::<L, 3>(lanes),
-            4 => self.entries::<L, 4>(lanes),
-            5 => self.entries::<L, 5>(lanes),
-            MOST_ENTRIES => self.entries::<L, MOST_ENTRIES>(lanes),
-            _ => {}
+        let one = lanes.splat(1.0);
+        match self.sum.profile {
+            Profile::Exponential => self.add(lanes, |s| lanes.exp(s)),
+            Profile::Power { offset, degree } => {
+                self.add(lanes, |s| power(lanes, lanes.add(s, lanes.splat(offset)), degree));
+            }
+            Profile::Gaussian => self.add(lanes, |s| lanes.exp(lanes.mul(s, lanes.splat(-0.5)))),
+            Profile::MaternHalf => self.add(lanes, |s| matern(lanes, s, 1.0, |_| one)),
+            Profile::MaternThreeHalves => {
+                self.add(lanes, |s| matern(lanes, s, 3.0, |r| lanes.add(r, one)));
+            }
+            Profile::MaternFiveHalves => self.add(lanes, |s| {
+                let third = lanes.splat(1.0 / 3.0);
+                matern(lanes, s, 5.0, |r| lanes.mul_add(lanes.mul_add(r, third, one), r, one))
+            }),
         }
     }
 }
 
 impl<F: FnMut(u16, f64)> AddSum<'_, '_, F> {
     #[inline(always)]
-    fn entries<L: Lanes, const E: usize>(self, lanes: L) {
-        match self.sum.profile {
-            Profile::Exponential => self.sum::<L, E>(lanes, |s| lanes.exp(s)),
-            Profile::Power { offset, degree } => {
-                self.sum::<L, E>(lanes, |s| {
-                    power(lanes, lanes.add(s, lanes.splat(offset)), degree)
-                });
-            }
-            Profile::Gaussian => {
-                self.sum::<L, E>(lanes, |s| lanes.exp(lanes.mul(s, lanes.splat(-0.5))));
-            }
-            Profile::MaternHalf => {
-                self.sum::<L, E>(lanes, |s| matern(lanes, s, 1.0, |_| lanes.splat(1.0)));
-            }
-            Profile::MaternThreeHalves => self
-                .sum::<L, E>(lanes, |s| matern(lanes, s, 3.0, |r| lanes.add(r, lanes.splat(1.0)))),
-            Profile::MaternFiveHalves => self.sum::<L, E>(lanes, |s| {
-                let third = lanes.splat(1.0 / 3.0);
-                let one = lanes.splat(1.0);
-                matern(lanes, s, 5.0, |r| lanes.mul_add(lanes.mul_add(r, third, one), r, one))
-            }),
-        }
-    }
-
-    #[inline(always)]
-    fn sum<L: Lanes, const E: usize>(mut self, lanes: L, profile: impl Fn(L::V) -> L::V) {
+    fn add<L: Lanes>(mut self, lanes: L, profile: impl Fn(L::V) -> L::V) {
         let radial = self.sum.profile.is_radial();
-        let mut sums = [lanes.splat(0.0); E];
+        let mut sums = [lanes.splat(0.0); MOST_SUMS];
         let rows = self.sum.tiles.as_chunks::<LANES>().0;
-        for tile in rows.chunks_exact(self.y.len() + E) {
+        for tile in rows.chunks_exact(self.y.len() + self.sum.entries.len()) {
             let mut s = lanes.splat(0.0);
             for (&y, coordinate) in self.y.iter().zip(tile) {
                 let (y, p) = (lanes.splat(y), lanes.load(coordinate));

@@ -68,12 +68,12 @@ mod table;
 
 pub use error::{LengthError, TableError};
 pub use evaluator::{Evaluator, Region, Shape};
-pub use landmark_sum::{LandmarkSum, MOST_ARGUMENTS, Profile};
+pub use landmark_sum::{LandmarkSum, MOST_ARGUMENTS, MOST_SUMS, Profile};
 pub use series::{Group, MOST_FACTORS, MOST_PRODUCTS, Products, Series};
 pub use table::Table;
 
 /// Values in a block: the lanes of the widest vector registers.
 pub const LANES: usize = 8;
 
-/// Most functions in a group or a landmark sum: their sums and what is multiplied fit into 16 vector registers.
+/// Most functions in a group: their sums and what is multiplied fit into 16 vector registers.
 pub const MOST_ENTRIES: usize = 6;

@@ -76,8 +76,8 @@ pub struct Series<'a> {
 impl Series<'_> {
     pub(crate) fn check(&self, arguments: usize, functions: usize) -> Result<(), TableError> {
         check_length("degrees", arguments, self.degrees.len())?;
-        let factors = self.degrees.iter().map(|&d| usize::from(d)).sum();
-        check_count("degrees of all arguments", MOST_FACTORS, factors)?;
+        let factors: usize = self.degrees.iter().map(|&d| usize::from(d)).sum();
+        check_count("degrees of all arguments", MOST_FACTORS, factors.max(1))?;
         self.outer.check("outer products", factors)?;
         self.inner.check("inner products", factors)?;
         let inner = self.inner.parents.len();

@@ -230,7 +230,7 @@ pub enum ModelFileError {
 }
 
 impl ModelFileError {
-    fn io(path: &Path, error: &std::io::Error) -> Self {
+    pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
         Self::Io { path: path.to_owned(), kind: error.kind(), reason: error.to_string() }
     }
 }

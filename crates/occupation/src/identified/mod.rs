@@ -171,6 +171,11 @@ impl IdentifiedModel {
         self.expansions.iter().map(Expansion::points).sum()
     }
 
+    /// The sums that it is made of.
+    pub(crate) fn expansions(&self) -> &[Expansion] {
+        &self.expansions
+    }
+
     /// Names of what it was identified from, where given.
     pub fn names(&self) -> Option<&Names> {
         self.names.as_ref()

@@ -4,8 +4,16 @@ use super::{Dispatch, Lanes, OnLanes};
 use crate::LANES;
 
 /// Arrays of eight numbers.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Plain;
+
+#[cfg(not(feature = "std"))]
+impl Plain {
+    /// There is nothing to ask.
+    pub const fn new() -> Self {
+        Self
+    }
+}
 
 impl Dispatch for Plain {
     #[inline(always)]

@@ -5,14 +5,21 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{Dispatch, Lanes, OnLanes, Plain};
 use crate::LANES;
 
-/// The widest vectors that the processor has.
-#[derive(Clone, Copy)]
-pub(crate) struct Detected;
+/// The widest vectors that the processor has. To find out takes as long as a small evaluation, so that it is kept.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Detected(Arch);
+
+impl Detected {
+    /// Asks the processor.
+    pub fn new() -> Self {
+        Self(Arch::new())
+    }
+}
 
 impl Dispatch for Detected {
     #[inline(always)]
     fn dispatch(self, operation: impl OnLanes) {
-        match Arch::new() {
+        match self.0 {
             // Its fused multiply-and-add is a slow call.
             Arch::Scalar => operation.run(Plain),
             arch => arch.dispatch(Dispatched(operation)),
