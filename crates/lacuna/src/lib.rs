@@ -15,6 +15,7 @@
 //! | what drives and disturbs it | [`excitation`] |
 //! | what was seen | [`recordings`] |
 //! | x^(s) = f + g u from whole trajectories | [`occupation`] |
+//! | the same within microseconds, for control loops | [`realtime`] |
 //! | from mismatch to findings | [`discrepancy`] |
 //! | computed torque on true or identified models | [`control`] |
 //! | pictures and words | [`report`] |
@@ -27,5 +28,6 @@ pub use lacuna_effects as effects;
 pub use lacuna_excitation as excitation;
 pub use lacuna_occupation as occupation;
 pub use lacuna_plants as plants;
+pub use lacuna_realtime as realtime;
 pub use lacuna_recordings as recordings;
 pub use lacuna_report as report;

@@ -24,6 +24,10 @@ enum Command {
     Diagnose(commands::diagnose::Arguments),
     /// Without a model: drift and control effectiveness by occupation-kernel regression
     Identify(commands::identify::Arguments),
+    /// An identified model for real-time control: compact, on a box, with a measured error bound
+    Compile(commands::compile::Arguments),
+    /// An identified or compiled model as one source file in Rust or C
+    Export(commands::export::Arguments),
     /// Conceal an effect in made-up recordings, diagnose them, and unseal it
     Demo(commands::demo::Arguments),
 }
@@ -34,6 +38,8 @@ fn main() -> ExitCode {
         Command::Simulate(a) => commands::simulate::run(&a),
         Command::Diagnose(a) => commands::diagnose::run(&a),
         Command::Identify(a) => commands::identify::run(&a),
+        Command::Compile(a) => commands::compile::run(&a),
+        Command::Export(a) => commands::export::run(&a),
         Command::Demo(a) => commands::demo::run(&a),
     };
     result.unwrap_or_else(|error| {

@@ -1,6 +1,7 @@
 //! A model of equations (TOML) or one that `lacuna identify` wrote (JSON), known by its text.
 
 use lacuna::discrepancy::{Dataset, DiagnoseError, IdentifiedPredictor, Prediction, Predictor};
+use lacuna::occupation::compile::Compiled;
 use lacuna::occupation::{IdentifiedModel, ModelFileError, Names};
 use lacuna::plants::Model;
 use lacuna::recordings::{RecordingSource, read_csv};
@@ -87,6 +88,43 @@ impl AnyModel {
                     Some(horizon) => predictor.windowed(observed, horizon),
                     None => predictor.free_run(observed, warmup),
                 }
+            }
+        }
+    }
+}
+
+/// A model without equations: as it was identified, or compiled.
+pub enum LearnedModel {
+    /// Of `lacuna identify`.
+    Identified(Box<(IdentifiedModel, Names)>),
+    /// Of `lacuna compile`.
+    Compiled(Box<Compiled>),
+}
+
+impl LearnedModel {
+    /// Read a JSON file of either kind.
+    ///
+    /// # Errors
+    /// What is wrong with the file, with its path.
+    pub fn read(path: &Path) -> Result<Self, Box<dyn Error>> {
+        let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        if !is_json_object(path) {
+            return Err(format!(
+                "{}: no JSON file; expected model.json of `lacuna identify`. A model of equations \
+                 (TOML) is evaluated as it is, and need not be compiled",
+                path.display()
+            )
+            .into());
+        }
+        let value: serde_json::Value =
+            serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
+        if value.get("compiled").is_some() {
+            return Ok(Self::Compiled(Box::new(Compiled::load(path)?)));
+        }
+        match AnyModel::read(path)? {
+            AnyModel::Identified(identified) => Ok(Self::Identified(identified)),
+            AnyModel::Equations(_) => {
+                Err(format!("{}: no identified model", path.display()).into())
             }
         }
     }

@@ -1,8 +1,10 @@
 //! One module a command: its arguments, and what it does with the library.
 
 pub mod check;
+pub mod compile;
 pub mod demo;
 pub mod diagnose;
+pub mod export;
 pub mod identify;
 mod kind;
 pub mod simulate;

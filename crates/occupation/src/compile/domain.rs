@@ -61,12 +61,9 @@ impl Domain {
         Ok(Self { lower, upper })
     }
 
-    /// The bounding box of the model's points: samples or landmarks. It is the range of the data, as far as the model
-    /// keeps them.
-    ///
-    /// # Errors
-    /// A model without points, or with points that do not differ in an argument.
-    pub fn of_points(model: &IdentifiedModel) -> Result<Self, CompileError> {
+    /// Lower and upper ends of the model's points, samples or landmarks, in each argument: the range of the data, as far
+    /// as the model keeps them.
+    pub fn range_of_points(model: &IdentifiedModel) -> [Vec<f64>; 2] {
         let d = model.arguments();
         let (mut lower, mut upper) = (vec![f64::INFINITY; d], vec![f64::NEG_INFINITY; d]);
         for saved in model.expansions().iter().map(|e| &e.saved) {
@@ -79,7 +76,7 @@ impl Domain {
                 }
             }
         }
-        Self::new(lower, upper)
+        [lower, upper]
     }
 
     /// Lower ends l.

@@ -42,6 +42,7 @@ mod layout;
 mod prune;
 mod samples;
 mod search;
+pub mod source;
 mod sums;
 #[cfg(test)]
 mod tests;
