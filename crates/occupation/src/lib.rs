@@ -83,6 +83,7 @@ mod linear;
 pub mod occupation_kernels;
 pub mod quadrature;
 pub mod regression;
+mod simd;
 pub mod test_function;
 pub mod trajectory;
 mod vector;
@@ -98,8 +99,8 @@ pub use identified::{
     Uncertainty,
 };
 pub use kernel::{
-    ExponentialDotProduct, Gaussian, Kernel, KernelError, KernelSpec, Matern, Polynomial,
-    Smoothness,
+    ExponentialDotProduct, Form, Gaussian, Kernel, KernelError, KernelSpec, Matern, Polynomial,
+    Profile, Smoothness,
 };
 pub use occupation_kernels::OccupationKernels;
 pub use quadrature::{Quadrature, QuadratureError};

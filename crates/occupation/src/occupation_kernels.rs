@@ -1,6 +1,7 @@
 //! Control occupation kernels as sums over samples.
 
 use crate::functional::Functional;
+use crate::simd::{Form, Looks, OccupationSums};
 
 /// The control occupation kernels Gamma_a(x) = sum_k c_a(k) K(x, x_k) (1, u_k)^T of a set of trajectories.
 ///
@@ -70,11 +71,44 @@ impl OccupationKernels {
         &self.functionals
     }
 
+    /// Whether every sample is looked at by one functional, in order: as many kernel values as samples are needed for all.
+    pub(crate) fn are_apart(&self) -> bool {
+        let mut end = 0;
+        let follows = self.functionals.iter().all(|functional| {
+            let follows = functional.first == end;
+            end = functional.end();
+            follows
+        });
+        follows && end == self.samples()
+    }
+
     pub(crate) fn argument(&self, sample: usize) -> &[f64] {
         &self.arguments[sample * self.argument_count..(sample + 1) * self.argument_count]
     }
 
     pub(crate) fn input(&self, sample: usize) -> &[f64] {
         &self.inputs[sample * self.input_count..(sample + 1) * self.input_count]
+    }
+
+    /// The occupation kernels laid out for evaluation with a kernel.
+    pub(crate) fn sums(&self, form: Form) -> OccupationSums {
+        let (d, m) = (self.argument_count, self.input_count);
+        OccupationSums::new(form, m, self.functionals.len(), |a| {
+            let functional = &self.functionals[a];
+            Looks {
+                weights: &functional.weights,
+                arguments: &self.arguments[functional.first * d..functional.end() * d],
+                inputs: &self.inputs[functional.first * m..functional.end() * m],
+            }
+        })
+    }
+
+    /// The arguments of all samples in the scale of `sums`.
+    pub(crate) fn scaled(&self, sums: &OccupationSums) -> Vec<f64> {
+        let d = self.argument_count;
+        let mut scaled = vec![0.0; self.arguments.len()];
+        let rows = self.arguments.chunks_exact(d).zip(scaled.chunks_exact_mut(d));
+        rows.for_each(|(x, to)| sums.scale(x, to));
+        scaled
     }
 }

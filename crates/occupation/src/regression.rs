@@ -63,7 +63,12 @@ impl Regression {
     pub fn fit(&self, trajectories: &[TrajectoryData]) -> Result<IdentifiedModel, FitError> {
         let system = self.assemble(trajectories)?;
         let weights = system.weights(self.lambda)?;
-        Ok(IdentifiedModel::fold(self.kernel.clone(), self.order, &system.occupation, &weights))
+        Ok(IdentifiedModel::of_weights(
+            self.kernel.clone(),
+            self.order,
+            &system.occupation,
+            &weights,
+        ))
     }
 
     /// The occupation kernels of the trajectories, their Gram matrix and right-hand sides.

@@ -8,14 +8,6 @@ use std::f64::consts::{LN_2, LOG2_E};
 
 use pulp::{Simd, WithSimd};
 
-/// Points are stored coordinate by coordinate: `points[i * count + k]` is coordinate i of point k of `count`.
-pub(crate) fn coordinate_by_coordinate(rows: &[f64], dimension: usize, columns: &mut Vec<f64>) {
-    columns.clear();
-    for i in 0..dimension {
-        columns.extend(rows.iter().skip(i).step_by(dimension));
-    }
-}
-
 /// values\[k\] = profile(sum_i x_i p_ik)
 pub(crate) fn map_dot_products(
     x: &[f64],
@@ -35,17 +27,6 @@ pub(crate) fn map_squared_distances(
     profile: impl Fn(f64) -> f64,
 ) {
     pulp::Arch::new().dispatch(MapSquaredDistances { x, points, widths, values, profile });
-}
-
-/// Multiplies values\[k\] by 1 + sum_i u_i v_ik; `factors` is room for as many values.
-pub(crate) fn scale_by_one_plus_dot_products(
-    u: &[f64],
-    others: &[f64],
-    values: &mut [f64],
-    factors: &mut [f64],
-) {
-    map_dot_products(u, others, factors, |product| 1.0 + product);
-    values.iter_mut().zip(factors).for_each(|(value, factor)| *value *= *factor);
 }
 
 /// Adds sum_k b_ok v_k to sums\[o\], for coefficients stored output by output: `coefficients[o * values.len() + k]`.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::identification::ScaledKernel;
 use crate::kernel::{Kernel, KernelSpec};
-use crate::vector::{add_weighted_sums, coordinate_by_coordinate};
+use crate::simd::{coordinate_by_coordinate, dot};
 
 /// Points in a tile: their kernel values stand on the stack.
 const TILE: usize = 128;
@@ -100,10 +100,10 @@ impl Expansion {
             let weights = tile.weights.chunks_exact(tile.points);
             for (&(row, block), weights) in self.saved.entries.iter().zip(weights) {
                 let sum = match block {
-                    0 => &mut f[row..=row],
-                    j => &mut g[row * inputs + j - 1..row * inputs + j],
+                    0 => &mut f[row],
+                    j => &mut g[row * inputs + j - 1],
                 };
-                add_weighted_sums(values, weights, sum);
+                *sum += dot(values, weights);
             }
         }
     }

@@ -5,14 +5,17 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::Uncertainty;
 use super::expansion::MOST_ARGUMENTS;
 use super::uncertainty::SavedRow;
-use super::{Expansion, IdentifiedModel, SavedExpansion, Uncertainty};
+use super::{Expansion, IdentifiedModel, OccupationExpansion, SavedExpansion, SavedOccupation};
 use crate::identification::InputPath;
 use crate::kernel::KernelError;
 
-/// Version of the saved form.
-const VERSION: u32 = 2;
+/// Version of the saved form ...
+const VERSION: u32 = 3;
+/// ... and the oldest that can be read: it has no sums of occupation kernels.
+const OLDEST: u32 = 2;
 
 /// What the model's coordinates, inputs and arguments are called, and in which units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,6 +46,8 @@ struct SavedModel {
     names: Option<Names>,
     expansions: Vec<SavedExpansion>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    occupation: Option<SavedOccupation>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     uncertainty: Option<Vec<SavedRow>>,
 }
 
@@ -66,6 +71,7 @@ impl IdentifiedModel {
             arguments: self.arguments,
             names: self.names.clone(),
             expansions: self.expansions.iter().map(|e| e.saved.clone()).collect(),
+            occupation: self.occupation.as_ref().map(|e| e.saved.clone()),
             uncertainty: self.uncertainty.as_ref().map(Uncertainty::saved),
         };
         serde_json::to_string(&saved).expect("numbers and strings become JSON")
@@ -80,7 +86,7 @@ impl IdentifiedModel {
         let json = |reason: String| ModelFileError::Json { path: path.to_owned(), reason };
         let version: VersionOnly =
             serde_json::from_str(&text).map_err(|error| json(error.to_string()))?;
-        if version.version != VERSION {
+        if !(OLDEST..=VERSION).contains(&version.version) {
             let error = SavedModelError::Version { expected: VERSION, found: version.version };
             return Err(json(error.to_string()));
         }
@@ -88,6 +94,25 @@ impl IdentifiedModel {
             serde_json::from_str(&text).map_err(|error| json(error.to_string()))?;
         saved.restore().map_err(|error| json(error.to_string()))
     }
+}
+
+fn restore_occupation(
+    saved: SavedOccupation,
+    [n, m, d]: [usize; 3],
+) -> Result<OccupationExpansion, SavedModelError> {
+    saved.kernel.validate(d)?;
+    let samples = saved.functionals.len();
+    let lengths = [
+        ("lengths", samples, saved.lengths.iter().sum()),
+        ("points", samples * d, saved.points.len()),
+        ("inputs", samples * m, saved.inputs.len()),
+        ("weights", saved.lengths.len() * n, saved.weights.len()),
+    ];
+    if let Some((what, expected, found)) = lengths.into_iter().find(|(_, e, f)| e != f) {
+        return Err(SavedModelError::Length { what, expected, found });
+    }
+    let too_many = SavedModelError::Entry { row: n, block: m };
+    OccupationExpansion::new(saved, [d, m, n]).ok_or(too_many)
 }
 
 #[derive(Deserialize)]
@@ -116,7 +141,9 @@ impl SavedModel {
         };
         let expansions = self.expansions.into_iter().map(|e| Expansion::new(e, d)).collect();
         let shape = [n, self.inputs, d];
-        let model = IdentifiedModel::of_expansions(self.order, shape, expansions, uncertainty);
+        let mut model = IdentifiedModel::of_expansions(self.order, shape, expansions, uncertainty);
+        model.occupation =
+            self.occupation.map(|saved| restore_occupation(saved, shape)).transpose()?;
         Ok(match self.names {
             Some(names) => model.with_names(names),
             None => model,

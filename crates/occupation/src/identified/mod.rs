@@ -2,6 +2,7 @@
 
 mod expansion;
 mod file;
+mod occupation;
 mod uncertainty;
 
 use faer::Mat;
@@ -10,6 +11,7 @@ use crate::kernel::KernelSpec;
 use crate::occupation_kernels::OccupationKernels;
 pub(crate) use expansion::{Expansion, SavedExpansion};
 pub use file::{ModelFileError, Names, SavedModelError};
+pub(crate) use occupation::{OccupationExpansion, SavedOccupation};
 pub use uncertainty::Uncertainty;
 pub(crate) use uncertainty::{RowPosterior, TermOf};
 
@@ -28,6 +30,7 @@ pub struct IdentifiedModel {
     inputs: usize,
     arguments: usize,
     expansions: Vec<Expansion>,
+    occupation: Option<OccupationExpansion>,
     uncertainty: Option<Uncertainty>,
     names: Option<Names>,
 }
@@ -46,14 +49,48 @@ pub struct StandardDeviations {
 }
 
 impl IdentifiedModel {
-    /// H(x) = sum_a W_a Gamma_a(x)^T. The weights are folded per sample, beta_k = sum_a c_a(k) W_a in R^n, so that
+    /// H(x) = sum_a W_a Gamma_a(x)^T, in the form that is cheaper to evaluate.
+    pub(crate) fn of_weights(
+        kernel: KernelSpec,
+        order: usize,
+        occupation: &OccupationKernels,
+        weights: &Mat<f64>,
+    ) -> Self {
+        let (n, m, d) = (weights.ncols(), occupation.input_count(), occupation.argument_count());
+        let apart = occupation.are_apart().then(|| {
+            let rows = (0..weights.nrows()).flat_map(|a| (0..n).map(move |i| weights[(a, i)]));
+            let saved = SavedOccupation {
+                kernel: kernel.clone(),
+                lengths: occupation.functionals().iter().map(|f| f.weights.len()).collect(),
+                functionals: occupation
+                    .functionals()
+                    .iter()
+                    .flat_map(|f| f.weights.clone())
+                    .collect(),
+                points: occupation.arguments().to_vec(),
+                inputs: occupation.inputs().to_vec(),
+                weights: rows.collect(),
+            };
+            OccupationExpansion::new(saved, [d, m, n])
+        });
+        match apart.flatten() {
+            Some(sum) => {
+                let mut model = Self::of_expansions(order, [n, m, d], Vec::new(), None);
+                model.occupation = Some(sum);
+                model
+            }
+            None => Self::fold(kernel, order, occupation, weights),
+        }
+    }
+
+    /// The weights are folded per sample, beta_k = sum_a c_a(k) W_a in R^n, so that
     ///
     /// ```text
     /// f(x) = sum_k beta_k K(x, x_k),   g(x) = sum_k beta_k K(x, x_k) u_k^T
     /// ```
     ///
     /// costs one kernel value a sample, however many test functions overlap there; samples without weight are left out.
-    pub(crate) fn fold(
+    fn fold(
         kernel: KernelSpec,
         order: usize,
         occupation: &OccupationKernels,
@@ -102,7 +139,8 @@ impl IdentifiedModel {
         expansions: Vec<Expansion>,
         uncertainty: Option<Uncertainty>,
     ) -> Self {
-        Self { order, dimension, inputs, arguments, expansions, uncertainty, names: None }
+        let (occupation, names) = (None, None);
+        Self { order, dimension, inputs, arguments, expansions, occupation, uncertainty, names }
     }
 
     /// The same with the names of what it was identified from.
@@ -122,6 +160,7 @@ impl IdentifiedModel {
         f.fill(0.0);
         g.fill(0.0);
         self.expansions.iter().for_each(|expansion| expansion.add(x, f, g));
+        self.occupation.iter().for_each(|expansion| expansion.add(x, f, g));
         Ok(())
     }
 
@@ -168,7 +207,8 @@ impl IdentifiedModel {
 
     /// Number of points in all sums: kernel values that an evaluation costs.
     pub fn points(&self) -> usize {
-        self.expansions.iter().map(Expansion::points).sum()
+        let landmarks: usize = self.expansions.iter().map(Expansion::points).sum();
+        landmarks + self.occupation.as_ref().map_or(0, OccupationExpansion::points)
     }
 
     /// The sums that it is made of.

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::{Kernel, KernelError, dot, positive};
-use crate::vector::{exp, map_dot_products};
+use super::{Form, Kernel, KernelError, Profile, dot, positive};
+use crate::simd::kernel_row;
 
 /// K(x, y) = exp(x . y / mu), the paper's kernel.
 ///
@@ -21,11 +21,15 @@ impl ExponentialDotProduct {
 
 impl Kernel for ExponentialDotProduct {
     fn evaluate(&self, x: &[f64], y: &[f64]) -> f64 {
-        exp(dot(x, y) * (1.0 / self.mu))
+        (dot(x, y) * (1.0 / self.mu)).exp()
     }
 
     fn evaluate_row(&self, x: &[f64], points: &[f64], values: &mut [f64]) {
-        let inverse = 1.0 / self.mu;
-        map_dot_products(x, points, values, |product| exp(product * inverse));
+        kernel_row(Profile::Exponential, (1.0 / self.mu, None), x, points, values);
+    }
+
+    fn form(&self, arguments: usize) -> Option<Form> {
+        let scales = vec![1.0 / self.mu.sqrt(); arguments];
+        Some(Form { profile: Profile::Exponential, scales })
     }
 }

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
-use super::{Kernel, KernelError, positive_widths, scaled_squared_distance};
-use crate::vector::{exp, map_squared_distances};
+use super::{Form, Kernel, KernelError, Profile, positive_widths, scaled_squared_distance};
+use super::{factor_of, inverse_widths};
+use crate::simd::kernel_row;
 
 /// Matern kernels, r^2 = sum_i ((x_i - y_i) / w_i)^2:
 ///
@@ -36,21 +37,18 @@ impl Matern {
     }
 }
 
-#[inline(always)]
 fn half(squared: f64) -> f64 {
-    exp(-squared.sqrt())
+    (-squared.sqrt()).exp()
 }
 
-#[inline(always)]
 fn three_halves(squared: f64) -> f64 {
     let r = (3.0 * squared).sqrt();
-    (1.0 + r) * exp(-r)
+    (1.0 + r) * (-r).exp()
 }
 
-#[inline(always)]
 fn five_halves(squared: f64) -> f64 {
     let r = (5.0 * squared).sqrt();
-    (1.0 + r + r * r / 3.0) * exp(-r)
+    (1.0 + r + r * r / 3.0) * (-r).exp()
 }
 
 impl Kernel for Matern {
@@ -64,14 +62,21 @@ impl Kernel for Matern {
     }
 
     fn evaluate_row(&self, x: &[f64], points: &[f64], values: &mut [f64]) {
-        match self.smoothness {
-            Smoothness::Half => map_squared_distances(x, points, &self.widths, values, half),
-            Smoothness::ThreeHalves => {
-                map_squared_distances(x, points, &self.widths, values, three_halves)
-            }
-            Smoothness::FiveHalves => {
-                map_squared_distances(x, points, &self.widths, values, five_halves)
-            }
+        kernel_row(self.smoothness.profile(), factor_of(&self.widths), x, points, values);
+    }
+
+    fn form(&self, arguments: usize) -> Option<Form> {
+        let profile = self.smoothness.profile();
+        Some(Form { profile, scales: inverse_widths(&self.widths, arguments) })
+    }
+}
+
+impl Smoothness {
+    fn profile(self) -> Profile {
+        match self {
+            Self::Half => Profile::MaternHalf,
+            Self::ThreeHalves => Profile::MaternThreeHalves,
+            Self::FiveHalves => Profile::MaternFiveHalves,
         }
     }
 }

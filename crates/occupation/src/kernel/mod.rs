@@ -16,15 +16,20 @@ pub use matern::{Matern, Smoothness};
 pub use polynomial::Polynomial;
 pub use spec::KernelSpec;
 
+pub use crate::simd::{Form, Profile};
+
 /// A symmetric positive semi-definite function of two points of R^d.
 pub trait Kernel: Send + Sync {
     /// K(x, y), for two points with the same number of coordinates d.
     fn evaluate(&self, x: &[f64], y: &[f64]) -> f64;
 
+    /// The kernel by its parts, for d arguments: with it all sums are vectorised. None for a kernel of another form.
+    fn form(&self, _arguments: usize) -> Option<Form> {
+        None
+    }
+
     /// Writes `values[k]` = K(x, p_k) for as many points p_k as there are values, stored coordinate by coordinate:
     /// `points[i * values.len() + k]` is coordinate i of p_k.
-    ///
-    /// The kernels of this crate override it by a vectorised loop.
     fn evaluate_row(&self, x: &[f64], points: &[f64], values: &mut [f64]) {
         let (count, mut point) = (values.len(), vec![0.0; x.len()]);
         for (k, value) in values.iter_mut().enumerate() {
@@ -79,6 +84,19 @@ fn positive_widths(widths: &[f64], dimension: usize) -> Result<(), KernelError> 
         return Err(KernelError::Widths { expected: dimension, found: widths.len() });
     }
     widths.iter().try_for_each(|&width| positive("width", width))
+}
+
+/// 1 / w for each of d arguments.
+fn inverse_widths(widths: &[f64], arguments: usize) -> Vec<f64> {
+    widths.iter().cycle().take(arguments).map(|width| 1.0 / width).collect()
+}
+
+/// What squared distances are multiplied by where one width is for all, else the widths.
+fn factor_of(widths: &[f64]) -> (f64, Option<&[f64]>) {
+    match widths {
+        [width] => (1.0 / (width * width), None),
+        _ => (1.0, Some(widths)),
+    }
 }
 
 fn dot(x: &[f64], y: &[f64]) -> f64 {

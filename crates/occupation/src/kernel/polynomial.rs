@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::{Kernel, KernelError, dot, positive};
-use crate::vector::map_dot_products;
+use super::{Form, Kernel, KernelError, Profile, dot, positive};
+use crate::simd::kernel_row;
 
 /// K(x, y) = (x . y / scale + offset)^degree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,21 +25,28 @@ impl Polynomial {
     }
 }
 
+impl Polynomial {
+    fn profile(&self) -> Profile {
+        Profile::Polynomial { degree: self.degree, offset: self.offset }
+    }
+}
+
 impl Kernel for Polynomial {
     fn evaluate(&self, x: &[f64], y: &[f64]) -> f64 {
         power(dot(x, y) * (1.0 / self.scale) + self.offset, self.degree)
     }
 
     fn evaluate_row(&self, x: &[f64], points: &[f64], values: &mut [f64]) {
-        let inverse = 1.0 / self.scale;
-        map_dot_products(x, points, values, |product| {
-            power(product * inverse + self.offset, self.degree)
-        });
+        kernel_row(self.profile(), (1.0 / self.scale, None), x, points, values);
+    }
+
+    fn form(&self, arguments: usize) -> Option<Form> {
+        let scales = vec![1.0 / self.scale.sqrt(); arguments];
+        Some(Form { profile: self.profile(), scales })
     }
 }
 
 /// Repeated squaring: `powi` takes an i32, and its rounding differs between platforms.
-#[inline(always)]
 fn power(base: f64, mut degree: u32) -> f64 {
     let (mut power, mut square) = (1.0, base);
     while degree > 0 {

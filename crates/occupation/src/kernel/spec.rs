@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{ExponentialDotProduct, Gaussian, Kernel, KernelError, Matern, Polynomial};
+use super::{ExponentialDotProduct, Form, Gaussian, Kernel, KernelError, Matern, Polynomial};
 
 /// The kernels that a saved model can name, tagged in JSON: `{"kernel": "gaussian", "widths": [1.0]}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,6 +47,15 @@ impl Kernel for KernelSpec {
             Self::Gaussian(kernel) => kernel.evaluate_row(x, points, values),
             Self::Matern(kernel) => kernel.evaluate_row(x, points, values),
             Self::Polynomial(kernel) => kernel.evaluate_row(x, points, values),
+        }
+    }
+
+    fn form(&self, arguments: usize) -> Option<Form> {
+        match self {
+            Self::ExponentialDotProduct(kernel) => kernel.form(arguments),
+            Self::Gaussian(kernel) => kernel.form(arguments),
+            Self::Matern(kernel) => kernel.form(arguments),
+            Self::Polynomial(kernel) => kernel.form(arguments),
         }
     }
 }

@@ -1,8 +1,4 @@
-//! Gram matrices of control occupation kernels, whatever the kernel.
-//!
-//! ```text
-//! G = C M C^T,   M_kl = K(x_k, x_l) (1 + u_k . u_l),   C_ak = c_a(k)
-//! ```
+//! Gram matrices of functionals that overlap.
 //!
 //! C is sparse: each functional looks at one window. Functionals are taken in groups of neighbours that span a few
 //! hundred samples, and G in blocks, one for each pair of groups: the kernel is evaluated once for a pair of samples of
@@ -18,14 +14,13 @@ use rayon::prelude::*;
 use crate::functional::Functional;
 use crate::kernel::Kernel;
 use crate::occupation_kernels::OccupationKernels;
-use crate::vector::{coordinate_by_coordinate, scale_by_one_plus_dot_products};
+use crate::simd::{Profile, coordinate_by_coordinate, kernel_row};
 
 /// Samples that a group of functionals may span, and rows and columns of a tile of kernel values: tile and factors fit
 /// into a second-level cache.
 const TILE: usize = 256;
 
-/// G_ab = sum_kl c_a(k) c_b(l) K(x_k, x_l) (1 + u_k . u_l), exactly symmetric.
-pub fn gram_matrix<K: Kernel + ?Sized>(kernel: &K, occupation: &OccupationKernels) -> Mat<f64> {
+pub(super) fn gram<K: Kernel + ?Sized>(kernel: &K, occupation: &OccupationKernels) -> Mat<f64> {
     let groups = group(occupation.functionals());
     let pairs: Vec<(usize, usize)> =
         (0..groups.len()).flat_map(|p| (p..groups.len()).map(move |q| (p, q))).collect();
@@ -141,12 +136,11 @@ impl Tile {
         for (k, values) in rows.clone().zip(self.values.chunks_exact_mut(columns.len())) {
             kernel.evaluate_row(occupation.argument(k), &self.points, values);
             if m > 0 {
-                scale_by_one_plus_dot_products(
-                    occupation.input(k),
-                    &self.inputs,
-                    values,
-                    &mut self.factors,
-                );
+                // 1 + u_k . u_l is a polynomial kernel of degree 1.
+                let linear = Profile::Polynomial { degree: 1, offset: 1.0 };
+                let u = occupation.input(k);
+                kernel_row(linear, (1.0, None), u, &self.inputs, &mut self.factors);
+                values.iter_mut().zip(&self.factors).for_each(|(value, factor)| *value *= factor);
             }
         }
         &self.values

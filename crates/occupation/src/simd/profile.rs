@@ -1,0 +1,134 @@
+//! Profiles: what a kernel makes of a squared distance or an inner product.
+
+use pulp::Simd;
+
+use super::WithProfile;
+use super::exp::{decay, exponential};
+
+/// A kernel of this crate by its parts: K(x, y) = profile(|xi - eta|^2) or profile(xi . eta), xi_i = scale_i x_i.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Form {
+    /// Which profile.
+    pub profile: Profile,
+    /// Factor of each argument.
+    pub scales: Vec<f64>,
+}
+
+/// What becomes of s = |xi - eta|^2, or of s = xi . eta.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Profile {
+    /// exp(-s / 2) of a squared distance.
+    Gaussian,
+    /// exp(-sqrt(s)) of a squared distance.
+    MaternHalf,
+    /// (1 + r) exp(-r), r = sqrt(3 s), of a squared distance.
+    MaternThreeHalves,
+    /// (1 + r + r^2 / 3) exp(-r), r = sqrt(5 s), of a squared distance.
+    MaternFiveHalves,
+    /// exp(s) of an inner product.
+    Exponential,
+    /// (s + offset)^degree of an inner product.
+    Polynomial {
+        /// Degree.
+        degree: u32,
+        /// Offset.
+        offset: f64,
+    },
+}
+
+impl Profile {
+    /// Calls `with` with the profile as a type, so that loops are compiled for it.
+    #[inline(always)]
+    pub(super) fn dispatch<W: WithProfile>(self, with: W) -> W::Output {
+        match self {
+            Self::Gaussian => with.with_profile::<_, true>(Gaussian),
+            Self::MaternHalf => with.with_profile::<_, true>(MaternHalf),
+            Self::MaternThreeHalves => with.with_profile::<_, true>(MaternThreeHalves),
+            Self::MaternFiveHalves => with.with_profile::<_, true>(MaternFiveHalves),
+            Self::Exponential => with.with_profile::<_, false>(Exponential),
+            Self::Polynomial { degree, offset } => {
+                with.with_profile::<_, false>(Polynomial { degree, offset })
+            }
+        }
+    }
+}
+
+/// A profile as a type.
+pub(crate) trait Shape: Copy {
+    fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s;
+}
+
+#[derive(Clone, Copy)]
+struct Gaussian;
+#[derive(Clone, Copy)]
+struct MaternHalf;
+#[derive(Clone, Copy)]
+struct MaternThreeHalves;
+#[derive(Clone, Copy)]
+struct MaternFiveHalves;
+#[derive(Clone, Copy)]
+struct Exponential;
+#[derive(Clone, Copy)]
+struct Polynomial {
+    degree: u32,
+    offset: f64,
+}
+
+impl Shape for Gaussian {
+    #[inline(always)]
+    fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        decay(simd, simd.mul_f64s(s, simd.splat_f64s(-0.5)))
+    }
+}
+
+impl Shape for MaternHalf {
+    #[inline(always)]
+    fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        decay(simd, simd.neg_f64s(simd.sqrt_f64s(s)))
+    }
+}
+
+impl Shape for MaternThreeHalves {
+    #[inline(always)]
+    fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        let r = simd.sqrt_f64s(simd.mul_f64s(s, simd.splat_f64s(3.0)));
+        let polynomial = simd.add_f64s(simd.splat_f64s(1.0), r);
+        simd.mul_f64s(polynomial, decay(simd, simd.neg_f64s(r)))
+    }
+}
+
+impl Shape for MaternFiveHalves {
+    #[inline(always)]
+    fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        let one = simd.splat_f64s(1.0);
+        let r = simd.sqrt_f64s(simd.mul_f64s(s, simd.splat_f64s(5.0)));
+        let third = simd.mul_add_e_f64s(r, simd.splat_f64s(1.0 / 3.0), one);
+        let polynomial = simd.mul_add_e_f64s(r, third, one);
+        simd.mul_f64s(polynomial, decay(simd, simd.neg_f64s(r)))
+    }
+}
+
+impl Shape for Exponential {
+    #[inline(always)]
+    fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        exponential(simd, s)
+    }
+}
+
+impl Shape for Polynomial {
+    /// Repeated squaring.
+    #[inline(always)]
+    fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        let mut square = simd.add_f64s(s, simd.splat_f64s(self.offset));
+        let mut power = simd.splat_f64s(1.0);
+        let mut degree = self.degree;
+        while degree > 0 {
+            if degree & 1 == 1 {
+                power = simd.mul_f64s(power, square);
+            }
+            square = simd.mul_f64s(square, square);
+            degree >>= 1;
+        }
+        power
+    }
+}
