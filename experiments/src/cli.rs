@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::{
-    StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc,
-    noise_sweep,
+    StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc, manipulator_large,
+   , noise_sweep,
 };
 
 /// The studies of Lacuna. Statistics go to DIR/NAME.json, figures to DIR/figures.
@@ -64,6 +64,17 @@ enum Study {
         #[command(flatten)]
         common: Common,
     },
+    /// Two-link manipulator: the paper's regression on many trajectories, streamed.
+    ManipulatorLarge {
+        /// Numbers of trajectories.
+        #[arg(long, value_delimiter = ',', default_values_t = [1000, 2000, 10_000, 100_000])]
+        trajectories: Vec<usize>,
+        /// Most landmarks.
+        #[arg(long, default_value_t = 1000)]
+        landmarks: usize,
+        #[command(flatten)]
+        common: Common,
+    },
     /// Two-link manipulator regulated by computed torque: true against identified model.
     ManipulatorCtc {
         #[command(flatten)]
@@ -95,6 +106,9 @@ pub fn run() -> ExitCode {
         Study::DuffingMontecarlo { trials, common } => duffing_montecarlo::run(trials, &common),
         Study::NoiseSweep { trials, common } => noise_sweep::run(trials, &common),
         Study::Manipulator { noise, common } => manipulator::run(noise, &common),
+        Study::ManipulatorLarge { trajectories, landmarks, common } => {
+            manipulator_large::run(&trajectories, landmarks, &common)
+        }
         Study::ManipulatorCtc { common } => manipulator_ctc::run(&common),
     };
     match outcome {

@@ -31,6 +31,7 @@ pub mod lambda_ablation;
 pub mod manipulator;
 pub mod manipulator_ctc;
 pub mod manipulator_data;
+pub mod manipulator_large;
 pub mod noise_sweep;
 pub mod output;
 pub mod progress;

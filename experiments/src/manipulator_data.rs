@@ -22,8 +22,8 @@ const TRAJECTORIES: usize = 1000;
 const SIDE: f64 = 6.0;
 /// Samples of a trajectory: 1 s every 0.05 s.
 const SAMPLES: usize = 21;
-/// Sample step, seconds.
-const STEP: f64 = 0.05;
+/// Duration of a trajectory, seconds.
+const DURATION: f64 = 1.0;
 /// Longest integration step, seconds: the fast friction mode (about -60/s) needs a short one.
 const INTEGRATION_STEP: f64 = 0.0025;
 /// Sinusoids of each torque.
@@ -40,19 +40,39 @@ const EVALUATION_SIDE: f64 = 4.0;
 /// # Errors
 /// [`StudyError`] when the plant cannot be simulated, or for a negative or infinite `noise`.
 pub fn trajectories(seed: u64, noise: f64) -> Result<Vec<TrajectoryData>, StudyError> {
-    let states = halton_cube(TRAJECTORIES, SIDE, &[0.0; 4])?;
-    let one = |(k, x0): (usize, &Vec<f64>)| trajectory(x0, noise, &mut rng(seed, k as u64));
+    let states = initial_states(TRAJECTORIES)?;
+    let one = |(k, x0): (usize, &Vec<f64>)| {
+        trajectory(x0, SAMPLES, noise, &mut rng(seed, k as u64))
+    };
     states.par_iter().enumerate().map(one).collect()
 }
 
-fn trajectory(x0: &[f64], noise: f64, rng: &mut ChaCha8Rng) -> Result<TrajectoryData, StudyError> {
+/// The first `count` initial states: a Halton sequence.
+///
+/// # Errors
+/// [`StudyError`] when no states can be laid out.
+pub fn initial_states(count: usize) -> Result<Vec<Vec<f64>>, StudyError> {
+    Ok(halton_cube(count, SIDE, &[0.0; 4])?)
+}
+
+/// One trajectory from `x0` with a number of samples, evenly over a second.
+///
+/// # Errors
+/// As [`trajectories`].
+pub fn trajectory(
+    x0: &[f64],
+    samples: usize,
+    noise: f64,
+    rng: &mut ChaCha8Rng,
+) -> Result<TrajectoryData, StudyError> {
     let ranges = SinusoidRanges {
         amplitude: -AMPLITUDE..=AMPLITUDE,
         angular_frequency: 1.0..=3.0,
         phase: 0.0..=0.0,
     };
     let input = SumOfSinusoids::random(rng, 2, TERMS, &ranges)?;
-    let times: Vec<f64> = (0..SAMPLES).map(|k| STEP * k as f64).collect();
+    let step = DURATION / (samples - 1) as f64;
+    let times: Vec<f64> = (0..samples).map(|k| step * k as f64).collect();
     let drive = InputFn(|t, u: &mut [f64]| input.value(t, u));
     let mut states = rk4(&TwoLinkArm::default(), x0, &drive, &times, INTEGRATION_STEP)?.states;
     add_gaussian_noise(&mut states, noise, rng)?;

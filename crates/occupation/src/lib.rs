@@ -29,6 +29,7 @@
 //! | their noise covariance sigma^2 S, S = L L^T | [`SymmetricBanded`], [`BandedCholesky`] | A x A, banded |
 //! | weights W | [`WeakSystem::weights`] | A x n |
 //! | H(x) = \[f(x) g(x)\] | [`IdentifiedModel`] | n x (1 + m) |
+//! | F F^T for G, from many trajectories | [`Regression::fit_streamed`] | A x r (1 + m) |
 //!
 //! [`Identification`] takes the method further: initial values as unknowns of a weak form over every sample, kernels,
 //! regularisation and noise by marginal likelihood, few landmarks instead of every sample, and a refinement along the
@@ -104,6 +105,7 @@ pub use kernel::{
 };
 pub use occupation_kernels::OccupationKernels;
 pub use quadrature::{Quadrature, QuadratureError};
+pub use regression::low_rank::{Fitted, Limits, LowRank, StreamError, Way};
 pub use regression::{FitError, Regression, WeakSystem};
 pub use test_function::{InitialDerivative, TestFunction, TestFunctionError};
 pub use trajectory::{TrajectoryData, TrajectoryError};

@@ -1,17 +1,21 @@
 //! Control occupation kernel regression: from trajectories to an [`IdentifiedModel`].
 
+mod error;
+pub mod low_rank;
+
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use crate::gram::gram_matrix;
 use crate::identified::IdentifiedModel;
-use crate::kernel::{KernelError, KernelSpec};
+use crate::kernel::KernelSpec;
 use crate::linear::{NonPositivePivot, solve_positive_definite};
 use crate::occupation_kernels::OccupationKernels;
 use crate::quadrature::Quadrature;
-use crate::test_function::{InitialDerivative, TestFunction, TestFunctionError};
+use crate::test_function::{InitialDerivative, TestFunction};
 use crate::trajectory::TrajectoryData;
-use crate::whitening::{SymmetricBanded, WhiteningError};
+use crate::whitening::SymmetricBanded;
+pub use error::FitError;
 
 /// Settings of a regression of x^(s) = f(x) + g(x) u.
 ///
@@ -77,16 +81,11 @@ impl Regression {
     /// As [`Regression::fit`], but for those of lambda and the solution.
     pub fn assemble(&self, trajectories: &[TrajectoryData]) -> Result<WeakSystem, FitError> {
         let first = trajectories.first().ok_or(FitError::NoTrajectory)?;
-        if self.order == 0 {
-            return Err(FitError::Order);
-        }
-        self.kernel.validate(first.argument_count())?;
+        self.validate(first)?;
         let mut occupation = OccupationKernels::new(first.argument_count(), first.input_count());
         let (mut right_hand_sides, mut noise) = (Vec::new(), Vec::new());
         for (index, data) in trajectories.iter().enumerate() {
-            if let Some((what, expected, found)) = first.other_shape(data) {
-                return Err(FitError::Shape { trajectory: index, what, expected, found });
-            }
+            check_shape(first, data, index)?;
             let weak = self.weak_trajectory(index, data)?;
             let before = occupation.samples();
             occupation.append(data.arguments(), data.inputs(), weak.occupation);
@@ -99,6 +98,13 @@ impl Regression {
         let n = first.dimension();
         let right_hand_sides = Mat::from_fn(noise.len(), n, |a, i| right_hand_sides[a * n + i]);
         Ok(WeakSystem { occupation, gram, right_hand_sides, noise_covariance })
+    }
+
+    fn validate(&self, first: &TrajectoryData) -> Result<(), FitError> {
+        if self.order == 0 {
+            return Err(FitError::Order);
+        }
+        Ok(self.kernel.validate(first.argument_count())?)
     }
 
     fn weak_trajectory(
@@ -153,6 +159,22 @@ impl Regression {
     }
 }
 
+fn check_shape(
+    first: &TrajectoryData,
+    data: &TrajectoryData,
+    trajectory: usize,
+) -> Result<(), FitError> {
+    match first.other_shape(data) {
+        Some((what, expected, found)) => Err(FitError::Shape { trajectory, what, expected, found }),
+        None => Ok(()),
+    }
+}
+
+fn check_lambda(lambda: f64) -> Result<(), FitError> {
+    let positive = lambda > 0.0 && lambda.is_finite();
+    if positive { Ok(()) } else { Err(FitError::Lambda { found: lambda }) }
+}
+
 struct WeakTrajectory {
     /// phi w: what the occupation kernels integrate with.
     occupation: Vec<crate::Functional>,
@@ -177,9 +199,7 @@ impl WeakSystem {
     /// # Errors
     /// A lambda that is not positive; a matrix that is not positive definite (raise lambda); weights that are not finite.
     pub fn weights(&self, lambda: f64) -> Result<Mat<f64>, FitError> {
-        if !(lambda > 0.0 && lambda.is_finite()) {
-            return Err(FitError::Lambda { found: lambda });
-        }
+        check_lambda(lambda)?;
         let mut matrix = self.gram.clone();
         match &self.noise_covariance {
             Some(covariance) => add_covariance(&mut matrix, covariance, lambda),
@@ -214,81 +234,4 @@ fn check_finite(weights: &Mat<f64>) -> Result<(), FitError> {
         }
     }
     Ok(())
-}
-
-/// A regression that cannot be carried out.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum FitError {
-    /// No data at all.
-    #[error("expected at least one trajectory, found none")]
-    NoTrajectory,
-    /// A trajectory of another shape than the first.
-    #[error(
-        "trajectory {trajectory}: expected {expected} {what}, as in the first trajectory, found {found}"
-    )]
-    Shape {
-        /// Index of the trajectory.
-        trajectory: usize,
-        /// What differs.
-        what: &'static str,
-        /// Number in the first trajectory.
-        expected: usize,
-        /// Number in this one.
-        found: usize,
-    },
-    /// A differential equation of order zero.
-    #[error("the order of the dynamics must be at least 1, found 0")]
-    Order,
-    /// Kernel parameters out of range.
-    #[error(transparent)]
-    Kernel(#[from] KernelError),
-    /// A test function that does not suit a trajectory.
-    #[error("trajectory {trajectory}: {source}")]
-    TestFunction {
-        /// Index of the trajectory.
-        trajectory: usize,
-        /// What is wrong.
-        source: TestFunctionError,
-    },
-    /// Given initial derivatives that are missing or of the wrong number.
-    #[error(
-        "trajectory {trajectory}: expected {expected} initial derivatives (order - 1 times coordinates), found {found}"
-    )]
-    InitialDerivatives {
-        /// Index of the trajectory.
-        trajectory: usize,
-        /// (s - 1) n
-        expected: usize,
-        /// Number given.
-        found: usize,
-    },
-    /// A lambda that is no positive number.
-    #[error("lambda must be positive and finite, found {found}")]
-    Lambda {
-        /// Lambda given.
-        found: f64,
-    },
-    /// The noise covariance of the right-hand sides cannot be formed.
-    #[error(transparent)]
-    Whitening(#[from] WhiteningError),
-    /// Rounding made the regularised Gram matrix indefinite.
-    #[error(
-        "G + lambda I is not positive definite at pivot {index} with lambda = {lambda:e}: a larger lambda is needed"
-    )]
-    NotPositiveDefinite {
-        /// Row of the pivot.
-        index: usize,
-        /// The ridge.
-        lambda: f64,
-    },
-    /// Overflow: kernel values too large for floating point.
-    #[error(
-        "weight {index} of coordinate {coordinate} is not finite: kernel values overflow, the kernel's scale is too small for the data"
-    )]
-    NotFinite {
-        /// Index of the occupation kernel.
-        index: usize,
-        /// Coordinate.
-        coordinate: usize,
-    },
 }
