@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::{
-    StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc, manipulator_large,
-   , noise_sweep,
+    StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc,
+    manipulator_large, noise_sweep,
 };
 
 /// The studies of Lacuna. Statistics go to DIR/NAME.json, figures to DIR/figures.

@@ -41,9 +41,8 @@ const EVALUATION_SIDE: f64 = 4.0;
 /// [`StudyError`] when the plant cannot be simulated, or for a negative or infinite `noise`.
 pub fn trajectories(seed: u64, noise: f64) -> Result<Vec<TrajectoryData>, StudyError> {
     let states = initial_states(TRAJECTORIES)?;
-    let one = |(k, x0): (usize, &Vec<f64>)| {
-        trajectory(x0, SAMPLES, noise, &mut rng(seed, k as u64))
-    };
+    let one =
+        |(k, x0): (usize, &Vec<f64>)| trajectory(x0, SAMPLES, noise, &mut rng(seed, k as u64));
     states.par_iter().enumerate().map(one).collect()
 }
 

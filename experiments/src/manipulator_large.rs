@@ -53,10 +53,11 @@ pub struct Fit {
 pub fn fit(count: usize, seed: u64, limits: Limits) -> Result<(Fitted, Fit), StudyError> {
     let states = initial_states(count)?;
     let one = |k: usize| trajectory(&states[k], SAMPLES, 0.0, &mut rng(seed, k as u64));
-    let fitted = paper(1, LAMBDA).fit_streamed(count, one, limits).map_err(|error| match error {
-        StreamError::Trajectory { source, .. } => source,
-        StreamError::Fit(error) => StudyError::Identification(error.into()),
-    })?;
+    let fitted =
+        paper(1, LAMBDA).fit_streamed(count, one, limits).map_err(|error| match error {
+            StreamError::Trajectory { source, .. } => source,
+            StreamError::Fit(error) => StudyError::Identification(error.into()),
+        })?;
     let landmarks = match fitted.way {
         Way::Dense { .. } => None,
         Way::LowRank(low_rank) => Some(low_rank.landmarks),
@@ -96,7 +97,8 @@ pub fn run(counts: &[usize], landmarks: usize, common: &Common) -> Result<(), St
 fn print(fitted: &Fitted, fit: &Fit, seconds: f64) {
     let Summary { f, g1, g2 } = fit.errors;
     println!("{} trajectories of {SAMPLES} samples: {}", fit.trajectories, fitted.way);
-    let memory = peak_memory().map_or(String::new(), |gib| format!(", {gib:.2} GiB at most so far"));
+    let memory =
+        peak_memory().map_or(String::new(), |gib| format!(", {gib:.2} GiB at most so far"));
     println!("  {seconds:.1} s with simulation{memory}");
     println!(
         "  relative errors, median / greatest: f {:.4} / {:.4}, g1 {:.4} / {:.4}, g2 {:.4} / {:.4}",
