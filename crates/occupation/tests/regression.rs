@@ -147,13 +147,25 @@ fn a_saved_model_comes_back_with_the_same_bits() {
         std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
         IdentifiedModel::load(&path).unwrap_err().to_string()
     };
-    assert!(damaged(r#""version":2"#, r#""version":1"#).contains("expected version 2"));
+    assert!(damaged(r#""version":3"#, r#""version":1"#).contains("expected version 3"));
     assert!(damaged(r#""entries":[[0,0]"#, r#""entries":[[1,0]"#).contains("row 1"));
     assert!(damaged(r#""weights":["#, r#""weights":[1.5,"#).contains("weights"));
     assert!(
         damaged(r#""arguments":1"#, r#""arguments":0"#).contains("arguments must be at least 1")
     );
     assert!(damaged(r#""mu":5.0"#, r#""mu":-5.0"#).contains("mu must be positive"));
+    let whole = endpoint().fit(&[ramp(1.0, 1), ramp(2.0, 1)]).unwrap();
+    whole.save(&path).unwrap();
+    assert_eq!(IdentifiedModel::load(&path).unwrap(), whole);
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (from, to, expected) in [
+        (r#""lengths":["#, r#""lengths":[3,"#, "lengths: expected 42 values, found 45"),
+        (r#""inputs":["#, r#""inputs":[1.5,"#, "inputs: expected 42 values, found 43"),
+    ] {
+        std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
+        let error = IdentifiedModel::load(&path).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
     let absent = IdentifiedModel::load(&folder.path().join("absent.json")).unwrap_err();
     assert!(
         matches!(absent, ModelFileError::Io { kind: std::io::ErrorKind::NotFound, .. }),

@@ -45,7 +45,7 @@ fn form(kernel: &KernelSpec, d: usize) -> Form {
 pub(crate) fn components(model: &IdentifiedModel) -> Vec<(Vec<usize>, usize)> {
     let functions = model.dimension() * (1 + model.inputs());
     let mut component: Vec<usize> = (0..functions).collect();
-    for expansion in model.expansions() {
+    for expansion in model.expansions().iter() {
         let members = functions_of(model, &expansion.saved);
         let Some(&least) = members.iter().min_by_key(|&&k| component[k]) else { continue };
         let joined: Vec<usize> = members.iter().map(|&k| component[k]).collect();
@@ -79,7 +79,7 @@ pub(crate) fn sums(
 ) -> (Vec<LandmarkSum<'static>>, Vec<f64>) {
     let mut left_out = vec![0.0; enough.len()];
     let mut sums = Vec::new();
-    for expansion in model.expansions() {
+    for expansion in model.expansions().iter() {
         let saved = &expansion.saved;
         let all = functions_of(model, saved);
         let own: Vec<usize> = (0..all.len()).filter(|&e| functions.contains(&all[e])).collect();

@@ -60,6 +60,30 @@ impl Expansion {
         Self { saved, tiles }
     }
 
+    /// f = sum_k beta_k K(x, x_k), g = sum_k beta_k K(x, x_k) u_k^T over samples x_k (rows of d) and u_k (rows of m) with
+    /// beta_k (rows of n); samples without weight are left out.
+    pub fn of_samples(
+        kernel: KernelSpec,
+        [n, m, d]: [usize; 3],
+        [arguments, inputs]: [&[f64]; 2],
+        beta: &[f64],
+    ) -> Self {
+        let used: Vec<usize> = (0..beta.len() / n)
+            .filter(|k| beta[k * n..(k + 1) * n].iter().any(|&entry| entry != 0.0))
+            .collect();
+        let points = used.iter().flat_map(|&k| &arguments[k * d..(k + 1) * d]).copied().collect();
+        let entries: Vec<(usize, usize)> =
+            (0..n).flat_map(|i| (0..=m).map(move |block| (i, block))).collect();
+        let weight = |(i, block): (usize, usize), k: usize| match block {
+            0 => beta[k * n + i],
+            j => beta[k * n + i] * inputs[k * m + j - 1],
+        };
+        let weights =
+            entries.iter().flat_map(|&e| used.iter().map(move |&k| weight(e, k))).collect();
+        let (centre, widths) = (Vec::new(), Vec::new());
+        Self::new(SavedExpansion { kernel, centre, widths, points, entries, weights }, d)
+    }
+
     /// One function over the landmarks of a scaled kernel.
     pub fn of_landmarks(
         kernel: &ScaledKernel,

@@ -5,6 +5,8 @@ mod file;
 mod occupation;
 mod uncertainty;
 
+use std::borrow::Cow;
+
 use faer::Mat;
 
 use crate::kernel::KernelSpec;
@@ -96,40 +98,19 @@ impl IdentifiedModel {
         occupation: &OccupationKernels,
         weights: &Mat<f64>,
     ) -> Self {
-        let (n, m) = (weights.ncols(), occupation.input_count());
+        let n = weights.ncols();
         let mut folded = vec![0.0; occupation.samples() * n];
         for (a, functional) in occupation.functionals().iter().enumerate() {
             let samples = folded[functional.first * n..functional.end() * n].chunks_exact_mut(n);
             for (coefficient, c) in samples.zip(&functional.weights) {
-                coefficient
-                    .iter_mut()
-                    .enumerate()
-                    .for_each(|(i, entry)| *entry += c * weights[(a, i)]);
+                let entries = coefficient.iter_mut().enumerate();
+                entries.for_each(|(i, entry)| *entry += c * weights[(a, i)]);
             }
         }
-        let used: Vec<usize> = (0..occupation.samples())
-            .filter(|k| folded[k * n..(k + 1) * n].iter().any(|&beta| beta != 0.0))
-            .collect();
-        let points = used.iter().flat_map(|&k| occupation.argument(k)).copied().collect();
-        let entries: Vec<(usize, usize)> =
-            (0..n).flat_map(|i| (0..=m).map(move |block| (i, block))).collect();
-        let weight = |(i, block): (usize, usize), k: usize| match block {
-            0 => folded[k * n + i],
-            j => folded[k * n + i] * occupation.input(k)[j - 1],
-        };
-        let weights =
-            entries.iter().flat_map(|&e| used.iter().map(move |&k| weight(e, k))).collect();
-        let saved = SavedExpansion {
-            kernel,
-            centre: Vec::new(),
-            widths: Vec::new(),
-            points,
-            entries,
-            weights,
-        };
-        let arguments = occupation.argument_count();
-        let expansion = Expansion::new(saved, arguments);
-        Self::of_expansions(order, [n, m, arguments], vec![expansion], None)
+        let shape = [n, occupation.input_count(), occupation.argument_count()];
+        let samples = [occupation.arguments(), occupation.inputs()];
+        let expansion = Expansion::of_samples(kernel, shape, samples, &folded);
+        Self::of_expansions(order, shape, vec![expansion], None)
     }
 
     /// A model of n coordinates, m inputs and d arguments.
@@ -212,8 +193,11 @@ impl IdentifiedModel {
     }
 
     /// The sums that it is made of.
-    pub(crate) fn expansions(&self) -> &[Expansion] {
-        &self.expansions
+    pub(crate) fn expansions(&self) -> Cow<'_, [Expansion]> {
+        match &self.occupation {
+            None => Cow::Borrowed(&self.expansions),
+            Some(sum) => Cow::Owned(vec![sum.folded(self.dimension)]),
+        }
     }
 
     /// Names of what it was identified from, where given.

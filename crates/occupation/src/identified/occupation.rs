@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Expansion;
 use crate::functional::Functional;
 use crate::kernel::{Kernel, KernelSpec};
 use crate::occupation_kernels::OccupationKernels;
@@ -62,6 +63,17 @@ impl OccupationExpansion {
     /// Number of samples.
     pub fn points(&self) -> usize {
         self.saved.functionals.len()
+    }
+
+    /// The same as a sum over samples, for n coordinates.
+    pub fn folded(&self, n: usize) -> Expansion {
+        let saved = &self.saved;
+        let shape = [n, self.sums.columns() - 1, saved.points.len() / self.points().max(1)];
+        let of_functional = |(w, length): (&[f64], &usize)| w.repeat(*length);
+        let beta = saved.weights.chunks_exact(n).zip(&saved.lengths).flat_map(of_functional);
+        let weights = saved.functionals.iter().flat_map(|c| std::iter::repeat_n(c, n));
+        let beta: Vec<f64> = beta.zip(weights).map(|(w, c)| w * c).collect();
+        Expansion::of_samples(saved.kernel.clone(), shape, [&saved.points, &saved.inputs], &beta)
     }
 
     /// Adds the sums at x to f (n) and g (n x m).
