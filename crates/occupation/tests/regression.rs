@@ -154,7 +154,10 @@ fn a_saved_model_comes_back_with_the_same_bits() {
         damaged(r#""arguments":1"#, r#""arguments":0"#).contains("arguments must be at least 1")
     );
     assert!(damaged(r#""mu":5.0"#, r#""mu":-5.0"#).contains("mu must be positive"));
-    let whole = endpoint().fit(&[ramp(1.0, 1), ramp(2.0, 1)]).unwrap();
+    let first_order = TestFunction::Endpoint { order: 1 };
+    let whole = Regression { order: 1, test_function: first_order, ..endpoint() }
+        .fit(&[ramp(1.0, 1), ramp(2.0, 1)])
+        .unwrap();
     whole.save(&path).unwrap();
     assert_eq!(IdentifiedModel::load(&path).unwrap(), whole);
     let text = std::fs::read_to_string(&path).unwrap();
