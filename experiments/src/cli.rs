@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use crate::{
     StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc,
-    manipulator_large, noise_sweep,
+    manipulator_large, noise_sweep, speed,
 };
 
 /// The studies of Lacuna. Statistics go to DIR/NAME.json, figures to DIR/figures.
@@ -80,6 +80,21 @@ enum Study {
         #[command(flatten)]
         common: Common,
     },
+    /// Times of the parts beside the same algorithms in NumPy (python3 with NumPy, where it is there).
+    Speed {
+        /// Trials of the Duffing study that are timed.
+        #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+        trials: u64,
+        /// Numbers of trajectories of streamed fits; 100000 takes a minute or two.
+        #[arg(long, value_delimiter = ',', default_values_t = [10_000])]
+        trajectories: Vec<usize>,
+        /// The script in NumPy.
+        #[arg(long, value_name = "FILE", default_value = "benches/peer.py")]
+        peer: PathBuf,
+        /// Seed of all random draws.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
 }
 
 /// What every study takes.
@@ -110,6 +125,9 @@ pub fn run() -> ExitCode {
             manipulator_large::run(&trajectories, landmarks, &common)
         }
         Study::ManipulatorCtc { common } => manipulator_ctc::run(&common),
+        Study::Speed { trials, trajectories, peer, seed } => {
+            speed::run(&speed::Settings { trials, trajectories, peer, seed })
+        }
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,12 +2,19 @@
 
 use lacuna_control::ControlError;
 use lacuna_excitation::{InitialStateError, NoiseError, SinusoidError};
-use lacuna_occupation::{EvaluationError, TrajectoryError};
+use lacuna_occupation::compile::CompileError;
+use lacuna_occupation::{EvaluationError, FitError, TrajectoryError};
 use lacuna_plants::SimulationError;
 use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::recipes::IdentificationError;
+
+impl From<FitError> for StudyError {
+    fn from(error: FitError) -> Self {
+        Self::Identification(error.into())
+    }
+}
 
 /// Failures of the studies.
 #[derive(Debug, Error)]
@@ -33,6 +40,12 @@ pub enum StudyError {
     /// The identified model does not have the arguments and coordinates of the plant.
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
+    /// The identified model could not be compiled.
+    #[error(transparent)]
+    Compile(#[from] CompileError),
+    /// No pool of threads could be had.
+    #[error(transparent)]
+    Threads(#[from] rayon::ThreadPoolBuildError),
     /// The controlled plant could not be simulated.
     #[error(transparent)]
     Control(#[from] ControlError),

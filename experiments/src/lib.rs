@@ -38,6 +38,7 @@ pub mod progress;
 pub mod published;
 pub mod recipes;
 pub mod sindy;
+pub mod speed;
 pub mod statistics;
 
 pub use error::StudyError;

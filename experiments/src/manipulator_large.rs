@@ -56,7 +56,7 @@ pub fn fit(count: usize, seed: u64, limits: Limits) -> Result<(Fitted, Fit), Stu
     let fitted =
         paper(1, LAMBDA).fit_streamed(count, one, limits).map_err(|error| match error {
             StreamError::Trajectory { source, .. } => source,
-            StreamError::Fit(error) => StudyError::Identification(error.into()),
+            StreamError::Fit(error) => error.into(),
         })?;
     let landmarks = match fitted.way {
         Way::Dense { .. } => None,

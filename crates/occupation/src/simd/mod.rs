@@ -24,11 +24,20 @@ pub(crate) use occupation::{LANES, Looks, MOST_ARGUMENTS, MOST_ROWS, OccupationS
 pub use profile::{Form, Profile};
 pub(crate) use row::kernel_row;
 
+use std::sync::OnceLock;
+
 use pulp::{Arch, Simd, WithSimd};
 
-/// The widest vectors of this processor.
+/// The widest vectors of this processor, or narrower ones where the environment variable LACUNA_VECTORS says `plain` or
+/// `avx2`: so that one machine gives the results of another, to the last bit.
 pub(crate) fn widest() -> Arch {
-    Arch::new()
+    static CHOSEN: OnceLock<Arch> = OnceLock::new();
+    *CHOSEN.get_or_init(|| match std::env::var("LACUNA_VECTORS").as_deref() {
+        Ok("plain") => Arch::Scalar,
+        #[cfg(target_arch = "x86_64")]
+        Ok("avx2") => pulp::x86::V3::try_new().map_or(Arch::Scalar, Arch::V3),
+        _ => Arch::new(),
+    })
 }
 
 /// Every set of instructions of this processor, the plainest first.

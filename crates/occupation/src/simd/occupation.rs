@@ -193,6 +193,7 @@ impl<P: Shape, const RADIAL: bool> WithSimd for Of<Contraction<'_>, P, RADIAL> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { what, shape } = self;
         match (what.x.len(), what.sums.columns) {
+            (4, 1) => what.run::<S, P, RADIAL, 4, 1>(simd, shape),
             (4, 3) => what.run::<S, P, RADIAL, 4, 3>(simd, shape),
             _ => what.run::<S, P, RADIAL, 0, 0>(simd, shape),
         }
