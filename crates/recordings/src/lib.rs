@@ -49,6 +49,6 @@ pub use noise::{NoiseEstimate, estimate_noise, estimate_noise_pooled};
 pub use recording::{Column, Recording};
 pub use sampling::{Gap, Sampling};
 pub use signal::SignalError;
-pub use smoother::{Prior, Smoothed, Smoother, Trajectory};
+pub use smoother::{MeanPath, Prior, Samples, SharedSmoother, Smoothed, Smoother, Trajectory};
 pub use source::{RecordingSource, Selection, SourceError};
 pub use units::{Dimension, Unit, UnitError, convert, convert_factor};

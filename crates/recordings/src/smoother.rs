@@ -37,8 +37,16 @@
 // Triangular matrices are walked by their indices, as on paper.
 #![allow(clippy::needless_range_loop)]
 
+use std::collections::BTreeMap;
+
 use crate::sampling::Sampling;
 use crate::signal::{SignalError, check_pairs};
+
+mod means;
+mod shared;
+
+pub use means::MeanPath;
+pub use shared::{Samples, SharedSmoother};
 
 type Vector<const D: usize> = [f64; D];
 type Matrix<const D: usize> = [[f64; D]; D];
@@ -51,6 +59,16 @@ pub enum Prior {
     WhiteJerk,
     /// The fourth: for smoother motion; better second derivatives there.
     WhiteSnap,
+}
+
+impl Prior {
+    /// Order n of the derivative that is white noise.
+    fn order(self) -> usize {
+        match self {
+            Self::WhiteJerk => 3,
+            Self::WhiteSnap => 4,
+        }
+    }
 }
 
 /// A second series that measures the derivative of the first.
@@ -129,10 +147,7 @@ impl<'a> Smoother<'a> {
             check_noise(derivative.noise_sd)?;
         }
         let found = values.iter().filter(|value| !value.is_nan()).count();
-        let needed = match self.prior {
-            Prior::WhiteJerk => 4,
-            Prior::WhiteSnap => 5,
-        };
+        let needed = self.prior.order() + 1;
         if found < needed { Err(SignalError::TooFewSamples { needed, found }) } else { Ok(()) }
     }
 
@@ -587,9 +602,12 @@ fn log_likelihood<const D: usize>(series: &Series, density: f64) -> f64 {
     log_likelihood - information.log_determinant()
 }
 
-/// Filters forwards, smooths backwards.
 fn smooth_scaled<const D: usize>(series: &Series) -> ScaledPath<D> {
-    let density = most_likely_density::<D>(series);
+    smooth_with(series, most_likely_density::<D>(series))
+}
+
+/// Filters forwards, smooths backwards.
+fn smooth_with<const D: usize>(series: &Series, density: f64) -> ScaledPath<D> {
     let unit_drive = unit_drive(density);
     let rows = series.times.len();
     let mut filtered = Vec::with_capacity(rows);
@@ -621,44 +639,46 @@ const LOWEST: f64 = -60.0;
 const HIGHEST: f64 = 42.0;
 /// Step of the first look, small against the width of the likelihood's peak in long series
 /// but enough to bracket it: the likelihood has one peak in all but contrived series.
-const COARSE: f64 = 6.0;
+const COARSE: f64 = 8.0;
 /// Final accuracy; the band width of the smoother goes with the sixth root.
-const FINE: f64 = 0.05;
+const FINE: f64 = 0.0625;
 
-/// The scaled density of greatest marginal likelihood: a coarse scan, then a golden-section
-/// search about its best point.
+/// The scaled density of greatest marginal likelihood.
 fn most_likely_density<const D: usize>(series: &Series) -> f64 {
-    let objective = |log: f64| {
-        let found = log_likelihood::<D>(series, log.exp());
-        if found.is_nan() { f64::NEG_INFINITY } else { found }
-    };
-    let count = ((HIGHEST - LOWEST) / COARSE) as usize;
-    let scan = (0..=count).map(|k| LOWEST + COARSE * k as f64);
-    let best = scan.map(|log| (objective(log), log)).max_by(|a, b| a.0.total_cmp(&b.0));
-    let centre = best.map_or(0.0, |(_, log)| log);
-    golden_section(objective, centre - COARSE, centre + COARSE, FINE).exp()
+    let log_density = |k: usize| LOWEST + FINE * k as f64;
+    let of = |k: usize, _: &[usize]| vec![log_likelihood::<D>(series, log_density(k).exp())];
+    let count = ((HIGHEST - LOWEST) / FINE) as usize + 1;
+    let found = search_density(count, FINE, 1, of);
+    found.first().map_or(1.0, |&(k, _)| log_density(k).exp())
 }
 
-/// The maximum of `objective` between `low` and `high`, to within `tolerance`.
-fn golden_section(
-    objective: impl Fn(f64) -> f64,
-    mut low: f64,
-    mut high: f64,
-    tolerance: f64,
-) -> f64 {
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
-    let (mut at_left, mut at_right) = (objective(left), objective(right));
-    while high - low > tolerance {
-        if at_left >= at_right {
-            (high, right, at_right) = (right, left, at_left);
-            left = high - golden * (high - low);
-            at_left = objective(left);
-        } else {
-            (low, left, at_left) = (left, right, at_right);
-            right = low + golden * (high - low);
-            at_right = objective(right);
+/// Point of greatest likelihood on a grid of `count` log densities, and that likelihood, for each of several series: a
+/// coarse scan, then steps of half the length about the best point. `likelihoods` are those of a point for some series.
+fn search_density(
+    count: usize,
+    fine: f64,
+    series: usize,
+    likelihoods: impl Fn(usize, &[usize]) -> Vec<f64>,
+) -> Vec<(usize, f64)> {
+    let mut best = vec![(count / 2, f64::NEG_INFINITY); series];
+    let look = |best: &mut [(usize, f64)], k: usize, wanted: &[usize]| {
+        for (&s, found) in wanted.iter().zip(likelihoods(k, wanted)) {
+            if found > best[s].1 {
+                best[s] = (k, found);
+            }
         }
+    };
+    let mut step = (COARSE / fine) as usize;
+    let all: Vec<usize> = (0..series).collect();
+    (0..count).step_by(step).for_each(|k| look(&mut best, k, &all));
+    while step > 1 {
+        step /= 2;
+        let mut wanted: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (s, &(k, _)) in best.iter().enumerate() {
+            let sides = [k.checked_sub(step), Some(k + step).filter(|&k| k < count)];
+            sides.into_iter().flatten().for_each(|k| wanted.entry(k).or_default().push(s));
+        }
+        wanted.iter().for_each(|(&k, wanted)| look(&mut best, k, wanted));
     }
-    0.5 * (low + high)
+    best
 }
