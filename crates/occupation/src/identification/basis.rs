@@ -13,6 +13,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use super::family::ScaledKernel;
 use crate::kernel::{Kernel, KernelSpec};
 use crate::linear::Factor;
+use crate::vector::add_weighted_sums;
 
 /// The features of one kernel.
 #[derive(Debug, Clone)]
@@ -33,36 +34,9 @@ impl Basis {
     /// Landmarks from the candidates (rows of d): at most `most`, until the largest variance left is below `enough`, or
     /// lost in rounding.
     pub fn choose(kernel: ScaledKernel, candidates: &[f64], enough: f64, most: usize) -> Self {
-        /// Variance that rounding leaves, relative to the largest.
-        const ROUNDING: f64 = 1e-12;
-        let d = kernel.widths.len();
-        let count = candidates.len() / d;
-        let spec = kernel.family.kernel();
-        let columns = kernel.scaled_columns(candidates);
-        let point = |k: usize| -> Vec<f64> { (0..d).map(|i| columns[i * count + k]).collect() };
-        let mut left: Vec<f64> = (0..count).map(|k| spec.evaluate(&point(k), &point(k))).collect();
-        let stop = enough.max(ROUNDING * left.iter().copied().fold(0.0, f64::max));
-        let mut factor: Vec<Vec<f64>> = Vec::new();
-        let mut pivots = Vec::new();
-        while pivots.len() < most.min(count) {
-            let (pivot, variance) = largest(&left);
-            if variance <= stop || !variance.is_finite() {
-                break;
-            }
-            let mut column = vec![0.0; count];
-            spec.evaluate_row(&point(pivot), &columns, &mut column);
-            for before in &factor {
-                let scale = before[pivot];
-                column.iter_mut().zip(before).for_each(|(c, b)| *c -= scale * b);
-            }
-            let root = variance.sqrt();
-            column.iter_mut().for_each(|c| *c /= root);
-            left.iter_mut().zip(&column).for_each(|(v, c)| *v = (*v - c * c).max(0.0));
-            left[pivot] = 0.0;
-            pivots.push(pivot);
-            factor.push(column);
-        }
-        let complete = largest(&left).1 <= stop;
+        let pivoted = Pivoted::of(&kernel, candidates, enough, most);
+        let (d, spec) = (kernel.widths.len(), kernel.family.kernel());
+        let Pivoted { pivots, factor, complete } = pivoted;
         let landmarks: Vec<f64> =
             pivots.iter().flat_map(|&k| &candidates[k * d..(k + 1) * d]).copied().collect();
         let inverse = inverse_of_lower(pivots.len(), |i, j| factor[j][pivots[i]]);
@@ -110,28 +84,27 @@ impl Basis {
         let total: f64 = if family.is_radial() { slopes.iter().sum() } else { 0.0 };
         for (i, entry) in gradient.iter_mut().enumerate() {
             let coordinates = &self.columns[i * rank..(i + 1) * rank];
-            let moment: f64 = slopes.iter().zip(coordinates).map(|(s, z)| s * z).sum();
-            let sum = if family.is_radial() { total * scaled[i] - moment } else { moment };
+            let mut moment = [0.0];
+            add_weighted_sums(slopes, coordinates, &mut moment);
+            let sum = if family.is_radial() { total * scaled[i] - moment[0] } else { moment[0] };
             *entry += factor * sum / self.kernel.widths[i];
         }
     }
 
     /// Features of points (rows x d), one row a point.
     pub fn features(&self, points: &[f64]) -> Mat<f64> {
-        self.to_features(self.kernel_rows(points).as_ref())
+        let rows = points.len() / self.kernel.widths.len();
+        let values = self.kernel_values(points);
+        self.to_features(MatRef::from_row_major_slice(&values, rows, self.rank()))
     }
 
-    /// Kernel values of points (rows x d), one row a point.
-    pub fn kernel_rows(&self, points: &[f64]) -> Mat<f64> {
+    /// Kernel values of points (rows x d), a row a point.
+    pub fn kernel_values(&self, points: &[f64]) -> Vec<f64> {
         let (d, rank) = (self.kernel.widths.len(), self.rank());
-        let columns = self.kernel.scaled_columns(points);
-        let mut values = Mat::zeros(points.len() / d, rank);
-        let mut landmark = vec![0.0; d];
-        for j in 0..rank {
-            let coordinates = landmark.iter_mut().enumerate();
-            coordinates.for_each(|(i, z)| *z = self.columns[i * rank + j]);
-            // Kernels are symmetric: the points stand where landmarks stand in `kernel_row`.
-            self.spec.evaluate_row(&landmark, &columns, values.col_as_slice_mut(j));
+        let mut values = vec![0.0; points.len() / d * rank];
+        let mut scaled = vec![0.0; d];
+        for (x, values) in points.chunks_exact(d).zip(values.chunks_exact_mut(rank.max(1))) {
+            self.kernel_row(x, &mut scaled, values);
         }
         values
     }
@@ -178,6 +151,53 @@ impl Basis {
             entries.map(|(j, c)| self.inverse[(i, j)] * c).sum()
         };
         (0..self.rank()).map(column).collect()
+    }
+}
+
+/// A pivoted Cholesky factorisation of a kernel on candidates.
+pub(crate) struct Pivoted {
+    /// Candidates in the order in which they were taken.
+    pivots: Vec<usize>,
+    /// Features of all candidates, one feature after the other.
+    pub factor: Vec<Vec<f64>>,
+    /// Whether nothing of the kernel is left on the candidates.
+    complete: bool,
+}
+
+impl Pivoted {
+    /// At most `most` features, until the largest variance left is below `enough`, or lost in rounding.
+    pub fn of(kernel: &ScaledKernel, candidates: &[f64], enough: f64, most: usize) -> Self {
+        /// Variance that rounding leaves, relative to the largest.
+        const ROUNDING: f64 = 1e-12;
+        let d = kernel.widths.len();
+        let count = candidates.len() / d;
+        let spec = kernel.family.kernel();
+        let columns = kernel.scaled_columns(candidates);
+        let point = |k: usize| -> Vec<f64> { (0..d).map(|i| columns[i * count + k]).collect() };
+        let mut left: Vec<f64> = (0..count).map(|k| spec.evaluate(&point(k), &point(k))).collect();
+        let stop = enough.max(ROUNDING * left.iter().copied().fold(0.0, f64::max));
+        let mut factor: Vec<Vec<f64>> = Vec::new();
+        let mut pivots = Vec::new();
+        while pivots.len() < most.min(count) {
+            let (pivot, variance) = largest(&left);
+            if variance <= stop || !variance.is_finite() {
+                break;
+            }
+            let mut column = vec![0.0; count];
+            spec.evaluate_row(&point(pivot), &columns, &mut column);
+            for before in &factor {
+                let scale = before[pivot];
+                column.iter_mut().zip(before).for_each(|(c, b)| *c -= scale * b);
+            }
+            let root = variance.sqrt();
+            column.iter_mut().for_each(|c| *c /= root);
+            left.iter_mut().zip(&column).for_each(|(v, c)| *v = (*v - c * c).max(0.0));
+            left[pivot] = 0.0;
+            pivots.push(pivot);
+            factor.push(column);
+        }
+        let complete = largest(&left).1 <= stop;
+        Self { pivots, factor, complete }
     }
 }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::basis::Basis;
 use super::family::{Family, ScaledKernel};
 use super::field::Field;
-use super::flow::{Integrator, Setting};
+use super::flow::{Flow, Setting};
 use super::motion::Motion;
 use super::smoothing::{self, Channel, Smooth, column};
 use super::weak::{WeakRow, WeakWindow};
@@ -14,6 +14,8 @@ use super::{Identification, IdentificationError};
 /// Landmark candidates while choosing, and for the model.
 const FEW_CANDIDATES: usize = 160;
 const CANDIDATES: usize = 3000;
+/// ... but not more than this times the square of the number of arguments: few points cover a line.
+const CANDIDATES_ON_A_LINE: usize = 600;
 /// Windows last as many typical times (spread of a coordinate's rate over that of its acceleration) ...
 const TYPICAL_TIMES: f64 = 2.0 * std::f64::consts::PI;
 /// ... and hold at least so many samples.
@@ -48,12 +50,7 @@ impl Data {
             (0..n).map(|i| smoothing::judge(motions, i)).collect::<Result<Vec<_>, _>>()?;
         let rate_noise =
             (0..n).map(|i| smoothing::judge_rates(motions, i)).collect::<Result<Vec<_>, _>>()?;
-        let smooth: Vec<_> = motions
-            .par_iter()
-            .map(|motion| smoothing::smooth(motion, &channels, &rate_noise))
-            .collect();
-        // The first error, whichever thread was first.
-        let smooth: Vec<Smooth> = smooth.into_iter().collect::<Result<_, _>>()?;
+        let smooth = Smooth::all(motions, &channels, &rate_noise)?;
         let states: Vec<Vec<f64>> =
             smooth.iter().map(|s| states_of(s, settings.order, n)).collect();
         let count = n * settings.order;
@@ -78,7 +75,7 @@ impl Data {
                 let derivatives = [&below[rows.clone()], &highest[rows]];
                 let (order, path) = (settings.order, settings.input_path);
                 windows.push(WeakWindow::sampled(
-                    part,
+                    part.into(),
                     arguments,
                     order,
                     path,
@@ -88,7 +85,7 @@ impl Data {
             }
         }
         let all: Vec<f64> = windows.iter().flat_map(|w| &w.arguments).copied().collect();
-        let candidates = thin(&all, d, CANDIDATES);
+        let candidates = thin(&all, d, CANDIDATES.min(CANDIDATES_ON_A_LINE * d * d));
         let spread = spread_all[..d].to_vec();
         let narrow = ScaledKernel {
             family: Family::Gaussian,
@@ -159,16 +156,16 @@ impl Data {
     }
 
     /// The fastest rate of the field in the data, for inputs of either sign.
-    pub fn stiffness(&self, field: &Field, setting: &Setting) -> f64 {
+    pub fn stiffness(&self, field: &Field) -> f64 {
         let d = self.centre.len();
-        let mut integrator = Integrator::new(field, setting, self.inputs);
+        let mut flow = Flow::new(field);
         let mut stiffest = 0.0f64;
         for sign in [-1.0, 0.0, 1.0] {
             let u: Vec<f64> = self.input_rms.iter().map(|rms| sign * rms).collect();
             for x in self.few_candidates.chunks_exact(d) {
                 let mut z = self.middle.clone();
                 z[..d].copy_from_slice(x);
-                stiffest = stiffest.max(integrator.stiffness(&z, &u));
+                stiffest = stiffest.max(flow.stiffness(&z, &u));
             }
         }
         stiffest

@@ -33,8 +33,8 @@ impl Normal {
         }
     }
 
-    /// Adds equations y = Phi c; `lost` of them are spent on initial values.
-    pub fn add(&mut self, design: MatRef<'_, f64>, right: &[f64], lost: usize) {
+    /// Adds equations y = Phi c.
+    pub fn add(&mut self, design: MatRef<'_, f64>, right: &[f64]) {
         let transposed = design.transpose();
         triangular(
             &mut self.gram,
@@ -52,7 +52,16 @@ impl Normal {
         matmul(&mut moment, Accum::Replace, transposed, column, 1.0, Par::Seq);
         self.moment.iter_mut().zip(moment.col_as_slice(0)).for_each(|(sum, add)| *sum += add);
         self.square += right.iter().map(|y| y * y).sum::<f64>();
-        self.equations += right.len() - lost.min(right.len());
+        self.equations += right.len();
+    }
+
+    /// The same equations with errors `factor` times as large.
+    pub fn scaled(mut self, factor: f64) -> Self {
+        let square = factor.powi(-2);
+        self.gram *= faer::Scale(square);
+        self.moment.iter_mut().for_each(|moment| *moment *= square);
+        self.square *= square;
+        self
     }
 
     /// Adds what others have summed.

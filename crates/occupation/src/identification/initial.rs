@@ -13,6 +13,8 @@ const HALVINGS: usize = 6;
 const INITIAL_STEPS: usize = 2;
 /// ... which end where a step gains less than this share of what is left.
 const INITIAL_GAIN: f64 = 1e-2;
+/// A step that would gain less than this share is not taken.
+const NOTHING: f64 = 1e-3;
 
 /// Sums of squares of what is left, and the number of samples, per output.
 #[derive(Debug, Clone)]
@@ -64,23 +66,30 @@ pub(super) fn fit_initial(
     noise: &OutputNoise,
 ) -> Option<Misfit> {
     let seen = measurements(shot, setting.states());
-    let mut best = misfit(integrator, shot, setting, noise, &seen)?;
-    for _ in 0..INITIAL_STEPS {
-        let run = integrator.run(shot)?;
-        let step = initial_step(&run, setting, noise, &seen)?;
+    let count = setting.states();
+    let mut states = Vec::new();
+    let mut run = integrator.run(&shot.initial)?;
+    let mut best = misfit(&run.states, count, noise, &seen);
+    for last in 1..=INITIAL_STEPS {
+        let (step, expected) = initial_step(&run, setting, noise, &seen)?;
         let before = shot.initial.clone();
         let chi = best.chi_square(noise);
+        if expected < NOTHING * (1.0 + chi) {
+            break;
+        }
         let mut length = 1.0;
         let mut gained = None;
         for _ in 0..HALVINGS {
             let moved = before.iter().zip(&step).map(|(z, d)| z + length * d);
             shot.initial = moved.collect();
-            match misfit(integrator, shot, setting, noise, &seen) {
-                Some(found) if found.chi_square(noise) < chi => {
+            let found = integrator.states(&shot.initial, &mut states);
+            let found = found.then(|| misfit(&states, count, noise, &seen));
+            match found.filter(|found| found.chi_square(noise) < chi) {
+                Some(found) => {
                     gained = Some(found);
                     break;
                 }
-                _ => length *= 0.5,
+                None => length *= 0.5,
             }
         }
         let Some(found) = gained else {
@@ -88,36 +97,36 @@ pub(super) fn fit_initial(
             break;
         };
         best = found;
-        if chi - best.chi_square(noise) < INITIAL_GAIN * (1.0 + chi) {
+        if last == INITIAL_STEPS || chi - best.chi_square(noise) < INITIAL_GAIN * (1.0 + chi) {
             break;
         }
+        run = integrator.run(&shot.initial)?;
     }
     Some(best)
 }
 
 fn misfit(
-    integrator: &mut Integrator<'_>,
-    shot: &Shot,
-    setting: &Setting,
+    states: &[f64],
+    count: usize,
     noise: &OutputNoise,
     seen: &[(usize, usize, f64)],
-) -> Option<Misfit> {
-    let states = integrator.states(shot)?;
+) -> Misfit {
     let mut left = Misfit::new(noise.0.len());
     for &(k, i, value) in seen {
-        left.squares[i] += (value - states[k * setting.states() + i]).powi(2);
+        left.squares[i] += (value - states[k * count + i]).powi(2);
         left.counts[i] += 1;
     }
-    Some(left)
+    left
 }
 
-/// Least squares in the initial state, with a ridge that is far below any information.
+/// Least squares in the initial state, with a ridge that is far below any information, and what that gains in the
+/// linearised misfit.
 fn initial_step(
     run: &Run,
     setting: &Setting,
     noise: &OutputNoise,
     seen: &[(usize, usize, f64)],
-) -> Option<Vec<f64>> {
+) -> Option<(Vec<f64>, f64)> {
     let count = setting.states();
     let mut gram = Mat::zeros(count, count);
     let mut moment = Mat::zeros(count, 1);
@@ -135,8 +144,9 @@ fn initial_step(
     }
     let factor = Factor::of(gram).ok()?;
     factor.solve_lower(&mut moment);
+    let gain = moment.col_as_slice(0).iter().map(|v| v * v).sum();
     factor.solve_lower_transposed(&mut moment);
-    Some(moment.col_as_slice(0).to_vec())
+    Some((moment.col_as_slice(0).to_vec(), gain))
 }
 
 /// An initial state from the first samples: values, and divided differences for the derivatives.

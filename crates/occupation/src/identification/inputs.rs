@@ -31,10 +31,13 @@ pub(super) fn first_of_four(k: usize, samples: usize) -> usize {
 
 /// Weights of four samples in the value at t of the cubic through them.
 pub(super) fn lagrange(times: &[f64], t: f64) -> [f64; 4] {
-    std::array::from_fn(|l| {
-        let others = (0..4).filter(|&j| j != l);
-        others.map(|j| (t - times[j]) / (times[l] - times[j])).product()
-    })
+    let from = |l: usize| t - times[l];
+    let [a, b, c, d] = [from(0), from(1), from(2), from(3)];
+    let (ab, cd) = (a * b, c * d);
+    let apart = |l: usize, j: usize| times[l] - times[j];
+    let [p, q, r] = [apart(0, 1), apart(0, 2), apart(0, 3)];
+    let [v, w, x] = [apart(1, 2), apart(1, 3), apart(2, 3)];
+    [b * cd / (p * q * r), -a * cd / (p * v * w), d * ab / (q * v * x), -c * ab / (r * w * x)]
 }
 
 #[cfg(test)]

@@ -34,7 +34,10 @@ mod path;
 mod refine;
 pub mod report;
 mod smoothing;
+mod table;
 mod weak;
+
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -49,7 +52,7 @@ use crate::identified::{Expansion, IdentifiedModel, RowPosterior, TermOf, Uncert
 use choice::{Alternative, Effort, Start, choose, reconsider};
 use data::Data;
 use field::{Field, Term};
-use flow::{Integrator, Shot};
+use flow::{Shot, steps_for};
 use refine::{OutputNoise, Refined, Refinement};
 use weak::WeakWindow;
 
@@ -59,6 +62,8 @@ const CHOOSING_EQUATIONS: usize = 2100;
 const RECONSIDERING_EQUATIONS: usize = 20_000;
 /// Most landmarks of the first of two trial models.
 const TRIAL_LANDMARKS: usize = 120;
+/// A trial model follows the samples where it leaves less than this times their noise.
+const FOLLOWS: f64 = 1.2;
 /// Landmarks may leave this share of the posterior standard deviation.
 const LANDMARK_SHARE: f64 = 0.01;
 /// Most landmarks of a control effectiveness: it is simpler than the drift (in mechanics it does not depend on velocities).
@@ -122,17 +127,25 @@ impl Identification {
         let data = Data::of(self, motions)?;
         let (trial, windows) = self.along_trials(&data)?;
         let chosen = self.choose(&data, &windows, Effort::THOROUGH)?;
-        let rows = self.reconsider(&data, trial, chosen)?;
+        let more = data.some_windows(RECONSIDERING_EQUATIONS);
+        let shots = self.refinement(&data, trial.clone(), &more).settled()?;
+        let rows = self.reconsider(&data, &trial, &shots, chosen)?;
         let field = self.field(&data, &rows, self.most_landmarks);
         let every: Vec<usize> = (0..data.windows.len()).collect();
         let field = fit::fit(&data, &data.windows, &rows, field)?;
-        let refined = self.refinement(&data, field, &every).run()?;
+        let mut refinement = self.refinement(&data, field, &every);
+        if more == every {
+            // Near the trial's trajectories is nearer than what the smoother makes of the first samples.
+            refinement.start_from(&shots);
+        }
+        let refined = refinement.run()?;
         Ok(self.finish(&data, &rows, &refined))
     }
 
     /// A trial model that is good enough to tell what passes between samples, and a few windows as weak equations along
     /// its trajectories. The first of two knows but cubics between samples, and where motion is stiff only the second is
-    /// good enough: what the first leaves there drowns among many samples that it explains.
+    /// good enough: what the first leaves there drowns among many samples that it explains. Where cubics do and the first
+    /// follows the samples to their noise, there is nothing for a second to add.
     fn along_trials(&self, data: &Data) -> Result<(Field, Vec<WeakWindow>), IdentificationError> {
         let few = data.some_windows(CHOOSING_EQUATIONS);
         let mut windows: Vec<WeakWindow> = few.iter().map(|&k| data.windows[k].clone()).collect();
@@ -143,21 +156,25 @@ impl Identification {
             let field = fit::fit(data, &windows, &rows, self.field(data, &rows, most))?;
             let refined = self.refinement(data, field, &few).run()?;
             windows = path::along(&refined.field, &data.setting(self), &refined.windows);
+            let noise = refined.noise.0.iter().zip(&data.channels);
+            let follows = noise.into_iter().all(|(left, c)| *left < FOLLOWS * c.noise_sd);
             trial = Some(refined.field);
+            if follows && few.iter().all(|&k| data.windows[k].is_resolved()) {
+                break;
+            }
         }
         trial.map(|field| (field, windows)).ok_or(IdentificationError::NothingToChoose)
     }
 
-    /// Compares what was chosen with its alternatives on more windows.
+    /// Compares what was chosen with its alternatives on more windows, along the trial's trajectories.
     fn reconsider(
         &self,
         data: &Data,
-        trial: Field,
+        trial: &Field,
+        shots: &[Shot],
         chosen: Vec<(RowChoice, Vec<Alternative>)>,
     ) -> Result<Vec<RowChoice>, IdentificationError> {
-        let more = data.some_windows(RECONSIDERING_EQUATIONS);
-        let shots = self.refinement(data, trial.clone(), &more).settled()?;
-        let windows = path::along(&trial, &data.setting(self), &shots);
+        let windows = path::along(trial, &data.setting(self), shots);
         data.each_row(|i| {
             let start = self.start(data, i, Effort::THOROUGH);
             reconsider(&data.row(&windows, i), &start, chosen[i].clone())
@@ -236,7 +253,7 @@ impl Identification {
                 share * share,
                 if b == 0 { most } else { most.min(EFFECTIVENESS_LANDMARKS) },
             );
-            Term::new(i, b, basis, block.amplitude)
+            Term::new(i, b, basis, block.amplitude, &data.candidates)
         };
         let of_row = |(i, row): (usize, &RowChoice)| {
             row.blocks.iter().enumerate().map(|(b, block)| term(i, b, block)).collect::<Vec<_>>()
@@ -252,10 +269,10 @@ impl Identification {
             // Nothing is measured where there is none.
             noise.extend(data.rate_noise.iter().map(|sd| sd.unwrap_or(1.0)));
         }
-        let stiffness = data.stiffness(&field, &setting);
+        let stiffness = data.stiffness(&field);
         let shot = |&k: &usize| {
-            let motion = data.windows[k].motion.clone();
-            let steps = Integrator::steps_for(stiffness, motion.times());
+            let motion = Arc::clone(&data.windows[k].motion);
+            let steps = steps_for(stiffness, motion.times());
             Shot { motion, initial: data.initial_states[k].clone(), steps }
         };
         let shots = windows.iter().map(shot).collect();

@@ -1,7 +1,5 @@
 //! Minimising a smooth function of a few variables: BFGS with gradients by differences.
 
-use rayon::prelude::*;
-
 /// Step of the forward differences.
 const DIFFERENCE: f64 = 1e-3;
 /// Longest step of one iteration in any variable (all are logarithms).
@@ -12,28 +10,30 @@ const ARMIJO: f64 = 1e-4;
 const HALVINGS: usize = 8;
 
 /// Where the search ended.
-#[derive(Debug, Clone)]
-pub(crate) struct Minimum {
+pub(crate) struct Minimum<K> {
     pub at: Vec<f64>,
     pub value: f64,
+    /// What the function kept there.
+    pub kept: K,
 }
 
 /// Follows the function downhill until an iteration gains less than `tolerance`, for `most` iterations, or until it
-/// would not come below `goal` if it went on gaining as it last did. Values that are not finite are walls. Differences
-/// are taken in parallel; the result does not depend on the number of threads.
+/// would not come below `goal` if it went on gaining as it last did. Values that are not finite are walls. `function`
+/// may keep what it worked out at a point, and `gradient` use that at the same point ([`difference`] helps).
 ///
 /// BFGS: J. Nocedal, S. J. Wright, Numerical Optimization (2006), algorithm 6.1.
-pub(crate) fn minimise(
+pub(crate) fn minimise<K>(
     start: Vec<f64>,
     tolerance: f64,
     most: usize,
     goal: f64,
-    function: impl Fn(&[f64]) -> f64 + Sync,
-) -> Minimum {
+    function: impl Fn(&[f64]) -> (f64, K),
+    gradient_at: impl Fn(&[f64], f64, &K) -> Vec<f64>,
+) -> Minimum<K> {
     let size = start.len();
-    let mut value = function(&start);
+    let (mut value, mut kept) = function(&start);
     let mut at = start;
-    let mut gradient = differences(&at, value, &function);
+    let mut gradient = gradient_at(&at, value, &kept);
     let mut inverse = scaled_identity(size, &gradient);
     for iteration in 1..=most {
         let mut direction: Vec<f64> = inverse
@@ -49,35 +49,39 @@ pub(crate) fn minimise(
             direction.iter_mut().for_each(|v| *v *= LONGEST / longest);
         }
         let slope = dot(&direction, &gradient);
-        let Some((next, found)) = line_search(&at, value, &direction, slope, &function) else {
+        let Some((next, (found, there))) = line_search(&at, value, &direction, slope, &function)
+        else {
             break;
         };
         let gain = value - found;
-        let after = differences(&next, found, &function);
+        let hopeless = found - gain * (most - iteration) as f64 > goal;
+        let last = gain < tolerance || hopeless || iteration == most;
+        (value, kept) = (found, there);
+        if last {
+            at = next;
+            break;
+        }
+        let after = gradient_at(&next, value, &kept);
         let step: Vec<f64> = next.iter().zip(&at).map(|(a, b)| a - b).collect();
         let change: Vec<f64> = after.iter().zip(&gradient).map(|(a, b)| a - b).collect();
         update(&mut inverse, &step, &change);
-        (at, value, gradient) = (next, found, after);
-        let hopeless = value - gain * (most - iteration) as f64 > goal;
-        if gain < tolerance || hopeless {
-            break;
-        }
+        (at, gradient) = (next, after);
     }
-    Minimum { at, value }
+    Minimum { at, value, kept }
 }
 
-fn line_search(
+fn line_search<K>(
     at: &[f64],
     value: f64,
     direction: &[f64],
     slope: f64,
-    function: &(impl Fn(&[f64]) -> f64 + Sync),
-) -> Option<(Vec<f64>, f64)> {
+    function: &impl Fn(&[f64]) -> (f64, K),
+) -> Option<(Vec<f64>, (f64, K))> {
     let mut length = 1.0;
     for _ in 0..HALVINGS {
         let next: Vec<f64> = at.iter().zip(direction).map(|(x, d)| x + length * d).collect();
         let found = function(&next);
-        if found <= value + ARMIJO * length * slope {
+        if found.0 <= value + ARMIJO * length * slope {
             return Some((next, found));
         }
         length *= 0.5;
@@ -85,14 +89,17 @@ fn line_search(
     None
 }
 
-fn differences(at: &[f64], value: f64, function: &(impl Fn(&[f64]) -> f64 + Sync)) -> Vec<f64> {
-    let one = |i: usize| {
-        let mut shifted = at.to_vec();
-        shifted[i] += DIFFERENCE;
-        let slope = (function(&shifted) - value) / DIFFERENCE;
-        if slope.is_finite() { slope } else { 0.0 }
-    };
-    (0..at.len()).into_par_iter().map(one).collect()
+/// Slope in variable i by a forward difference, zero at a wall.
+pub(crate) fn difference(
+    at: &[f64],
+    i: usize,
+    value: f64,
+    function: impl Fn(&[f64]) -> f64,
+) -> f64 {
+    let mut shifted = at.to_vec();
+    shifted[i] += DIFFERENCE;
+    let slope = (function(&shifted) - value) / DIFFERENCE;
+    if slope.is_finite() { slope } else { 0.0 }
 }
 
 /// A first step of length one.
@@ -126,19 +133,26 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
+    fn minimum(start: Vec<f64>, most: usize, function: impl Fn(&[f64]) -> f64) -> Minimum<()> {
+        let gradient = |at: &[f64], value: f64, (): &()| -> Vec<f64> {
+            (0..at.len()).map(|i| difference(at, i, value, &function)).collect()
+        };
+        minimise(start, 1e-9, most, f64::INFINITY, |at| (function(at), ()), gradient)
+    }
+
     #[test]
     fn the_minimum_of_a_curved_valley_is_found() {
         let rosenbrock = |x: &[f64]| 10.0 * (x[1] - x[0] * x[0]).powi(2) + (1.0 - x[0]).powi(2);
-        let found = minimise(vec![-1.0, 1.0], 1e-9, 200, f64::INFINITY, rosenbrock);
+        let found = minimum(vec![-1.0, 1.0], 200, rosenbrock);
         // As near as differences of step 1e-3 tell: this valley is flat along its floor.
-        assert!(found.value < 2e-3, "{found:?}");
+        assert!(found.value < 2e-3, "{}", found.value);
         assert!((found.at[0] - 1.0).abs() < 0.05 && (found.at[1] - 1.0).abs() < 0.1);
     }
 
     #[test]
     fn walls_are_not_crossed() {
         let walled = |x: &[f64]| if x[0] > 2.0 { f64::NAN } else { (x[0] - 5.0).powi(2) };
-        let found = minimise(vec![0.0], 1e-9, 50, f64::INFINITY, walled);
-        assert!(found.at[0] <= 2.0 && found.at[0] > 1.5, "{found:?}");
+        let found = minimum(vec![0.0], 50, walled);
+        assert!(found.at[0] <= 2.0 && found.at[0] > 1.5, "{:?}", found.at);
     }
 }

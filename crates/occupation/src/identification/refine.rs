@@ -9,15 +9,17 @@
 //! states are fitted for each c (variable projection: G. Golub, V. Pereyra, 2003); a step that does not lead
 //! downhill is halved. Noise is estimated from what is left.
 
-use faer::Mat;
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::IdentificationError;
-use super::choice::side_by_side;
 use super::evidence::{Normal, Posterior};
 use super::field::{Field, Term};
 use super::flow::{Integrator, Run, Setting, Shot};
 use super::initial::{Misfit, fit_initial, guess_initial, measurements};
+use super::weak::{Reduction, Reflection};
 
 /// Most Gauss-Newton steps.
 const MOST_STEPS: usize = 12;
@@ -37,6 +39,15 @@ const MISFIT: f64 = 0.1;
 /// Noise standard deviations of the coordinates, then of their rates where measured.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OutputNoise(pub Vec<f64>);
+
+impl OutputNoise {
+    /// The factor by which all differ from another; none where they have no factor in common.
+    fn over(&self, other: &Self) -> Option<f64> {
+        let mut factors = self.0.iter().zip(&other.0).map(|(a, b)| a / b);
+        let factor = factors.next()?;
+        factors.all(|f| (f - factor).abs() <= 1e-12 * factor).then_some(factor)
+    }
+}
 
 /// What the refinement found.
 pub(crate) struct Refined {
@@ -74,8 +85,7 @@ impl Refinement {
     }
 
     fn settle_one(&self, mut shot: Shot) -> Vec<(Shot, Misfit)> {
-        let inputs = shot.motion.input_count();
-        let mut integrator = Integrator::new(&self.field, &self.setting, inputs);
+        let mut integrator = Integrator::new(&self.field, &self.setting, &shot);
         let found = fit_initial(&mut integrator, &mut shot, &self.setting, &self.noise);
         let samples = shot.motion.samples();
         match found {
@@ -96,18 +106,17 @@ impl Refinement {
     fn halves(&self, shot: &Shot) -> [Shot; 2] {
         let samples = shot.motion.samples();
         let cut = samples / 2;
-        let first = Shot { motion: shot.motion.part(0, cut + 1), ..shot.clone() };
+        let first = Shot { motion: shot.motion.part(0, cut + 1).into(), ..shot.clone() };
         let motion = shot.motion.part(cut, samples - cut);
         let initial = guess_initial(&motion, &self.setting);
-        [first, Shot { motion, initial, steps: shot.steps }]
+        [first, Shot { motion: motion.into(), initial, steps: shot.steps }]
     }
 
     /// What is left with the present field, each window's initial state fitted; none where any trajectory is lost.
     fn profile(&self, field: &Field) -> Option<(Vec<Shot>, Misfit)> {
         let one = |shot: &Shot| {
             let mut shot = shot.clone();
-            let inputs = shot.motion.input_count();
-            let mut integrator = Integrator::new(field, &self.setting, inputs);
+            let mut integrator = Integrator::new(field, &self.setting, &shot);
             let left = fit_initial(&mut integrator, &mut shot, &self.setting, &self.noise)?;
             Some((shot, left))
         };
@@ -166,42 +175,45 @@ impl Refinement {
 
     fn add_window(&self, shot: &Shot, normal: &mut Normal) -> Option<()> {
         let count = self.setting.states();
-        let mut integrator = Integrator::new(&self.field, &self.setting, shot.motion.input_count());
-        let (run, kernel_rows) = integrator.run_with_design(shot)?;
+        let (run, kernel_rows) =
+            Integrator::new(&self.field, &self.setting, shot).run_with_design(&shot.initial)?;
         let seen = measurements(shot, count);
-        let weight = |i: usize| 1.0 / self.noise.0[i];
-        let (initial, spent) = initial_columns(&run, &self.setting, &self.noise, &seen);
-        let mut design = self.design(&seen, &kernel_rows);
-        let coefficients = self.field.coefficients();
-        let mut right: Vec<f64> = seen
-            .iter()
-            .map(|&(k, i, value)| weight(i) * (value - run.states[k * count + i]))
-            .collect();
-        for (c, coefficient) in coefficients.iter().enumerate() {
-            let column = design.col_as_slice(c);
-            right.iter_mut().zip(column).for_each(|(r, d)| *r += d * coefficient);
+        let reduction = Reduction::of(initial_columns(&run, &self.setting, &self.noise, &seen));
+        let features = self.field.features();
+        let weights: Vec<f64> = self.field.terms.iter().flat_map(|t| &t.weights).copied().collect();
+        let mut rows = Vec::with_capacity(seen.len() * features);
+        let mut right = Vec::with_capacity(seen.len());
+        for &(k, i, value) in &seen {
+            let (at, weight) = (k * count + i, 1.0 / self.noise.0[i]);
+            let row = &kernel_rows[at * features..(at + 1) * features];
+            let model: f64 = row.iter().zip(&weights).map(|(k, w)| k * w).sum();
+            right.push(weight * (value - run.states[at] + model));
+            rows.extend(row.iter().map(|k| weight * k));
         }
-        project_columns(&initial, spent, &mut design);
-        project(&initial, spent, &mut right);
-        normal.add(design.as_ref(), &right, spent);
+        Reflection { reduction: &reduction, columns: features, rows: &mut rows }.work_out();
+        reduction.reflect(&mut right);
+        let lost = reduction.lost();
+        let left =
+            MatRef::from_row_major_slice(&rows[lost * features..], right.len() - lost, features);
+        let mut design = Mat::zeros(left.nrows(), features);
+        let mut first = 0;
+        for term in &self.field.terms {
+            let rank = term.basis.rank();
+            let own = term.basis.to_features(left.subcols(first, rank));
+            design.as_mut().subcols_mut(first, rank).copy_from(&own);
+            first += rank;
+        }
+        normal.add(design.as_ref(), &right[lost..]);
         Some(())
     }
 
-    /// Weighted rows of the measurements, in features.
-    fn design(&self, seen: &[(usize, usize, f64)], kernel_rows: &Mat<f64>) -> Mat<f64> {
-        let count = self.setting.states();
-        let mut first = 0;
-        let mut parts = Vec::new();
-        for term in &self.field.terms {
-            let rank = term.basis.rank();
-            let rows = Mat::from_fn(seen.len(), rank, |r, c| {
-                let (k, i, _) = seen[r];
-                kernel_rows[(first + c, k * count + i)] / self.noise.0[i]
-            });
-            parts.push(term.basis.to_features(rows.as_ref()));
-            first += rank;
+    /// Takes the initial states of the same windows, unless some were cut or dropped.
+    pub fn start_from(&mut self, shots: &[Shot]) {
+        let same = |(own, other): (&Shot, &Shot)| Arc::ptr_eq(&own.motion, &other.motion);
+        if shots.len() == self.shots.len() && self.shots.iter().zip(shots).all(same) {
+            let pairs = self.shots.iter_mut().zip(shots);
+            pairs.for_each(|(own, other)| own.initial.clone_from(&other.initial));
         }
-        side_by_side(&parts.iter().collect::<Vec<_>>())
     }
 
     /// The windows, each with the initial state that suits the field.
@@ -218,15 +230,16 @@ impl Refinement {
     /// # Errors
     /// Where the model's trajectories leave the data from every window, or the system cannot be factorised.
     pub fn run(mut self) -> Result<Refined, IdentificationError> {
+        let no_evidence = |_| IdentificationError::NoEvidence;
         let mut left = self.settle()?;
         let spent = self.shots.len() * self.setting.states();
         self.update_noise(&left, (spent + self.field.features()) as f64);
         let mut iterations = 0;
-        loop {
+        let normal = loop {
             let prior = self.prior();
+            let noise = self.noise.clone();
             let normal = self.assemble().ok_or(IdentificationError::Lost)?;
-            let posterior =
-                normal.posterior(&prior, 1.0).map_err(|_| IdentificationError::NoEvidence)?;
+            let posterior = normal.posterior(&prior, 1.0).map_err(no_evidence)?;
             let before = self.cost(&self.field, &left);
             let moved = self.line_search(&posterior.coefficients, before);
             let gain = match moved {
@@ -240,13 +253,16 @@ impl Refinement {
             iterations += 1;
             let taken = spent as f64 + effective(&posterior, &prior);
             self.update_noise(&left, taken);
-            if gain < GAIN || iterations == MOST_STEPS {
-                break;
+            match self.noise.over(&noise) {
+                // Hardly anything has moved since: the linearisation stands.
+                Some(factor) if gain < GAIN => break normal.scaled(factor),
+                _ if gain < GAIN || iterations == MOST_STEPS => {
+                    break self.assemble().ok_or(IdentificationError::Lost)?;
+                }
+                _ => {}
             }
-        }
-        let normal = self.assemble().ok_or(IdentificationError::Lost)?;
-        let posterior =
-            normal.posterior(&self.prior(), 1.0).map_err(|_| IdentificationError::NoEvidence)?;
+        };
+        let posterior = normal.posterior(&self.prior(), 1.0).map_err(no_evidence)?;
         let samples = left.counts.iter().sum();
         Ok(Refined {
             field: self.field,
@@ -277,60 +293,24 @@ impl Refinement {
     }
 }
 
-/// Weighted columns of the initial state, orthonormal, and how many they are.
-fn initial_columns(
-    run: &Run,
-    setting: &Setting,
-    noise: &OutputNoise,
-    seen: &[(usize, usize, f64)],
-) -> (Mat<f64>, usize) {
+/// Weighted columns of the initial state.
+fn initial_columns<'r>(
+    run: &'r Run,
+    setting: &'r Setting,
+    noise: &'r OutputNoise,
+    seen: &'r [(usize, usize, f64)],
+) -> impl Iterator<Item = Vec<f64>> + 'r {
     let count = setting.states();
-    let mut columns = Mat::from_fn(seen.len(), count, |r, a| {
-        let (k, i, _) = seen[r];
-        run.transitions[(k * count + i) * count + a] * setting.half_range[a] / noise.0[i]
-    });
-    let spent = orthonormalise(&mut columns);
-    (columns, spent)
+    (0..count).map(move |a| {
+        let entry = |&(k, i, _): &(usize, usize, f64)| {
+            run.transitions[(k * count + i) * count + a] * setting.half_range[a] / noise.0[i]
+        };
+        seen.iter().map(entry).collect()
+    })
 }
 
 /// Effective number of parameters, P - tr B^-1.
 fn effective(posterior: &Posterior, prior: &[f64]) -> f64 {
     let inverse = posterior.factor.inverse();
     prior.len() as f64 - (0..prior.len()).map(|i| inverse[(i, i)]).sum::<f64>()
-}
-
-/// Gram-Schmidt, twice; columns without anything of their own are moved out. Returns how many are left.
-fn orthonormalise(columns: &mut Mat<f64>) -> usize {
-    let mut kept = 0;
-    for c in 0..columns.ncols() {
-        let mut column = columns.col_as_slice(c).to_vec();
-        let before = norm(&column);
-        project(columns, kept, &mut column);
-        project(columns, kept, &mut column);
-        let length = norm(&column);
-        if length > 1e-10 * before && length > 0.0 {
-            column.iter_mut().for_each(|v| *v /= length);
-            columns.col_as_slice_mut(kept).copy_from_slice(&column);
-            kept += 1;
-        }
-    }
-    kept
-}
-
-fn project(columns: &Mat<f64>, count: usize, values: &mut [f64]) {
-    for c in 0..count {
-        let column = columns.col_as_slice(c);
-        let share: f64 = column.iter().zip(values.iter()).map(|(c, v)| c * v).sum();
-        values.iter_mut().zip(column).for_each(|(v, c)| *v -= share * c);
-    }
-}
-
-fn project_columns(columns: &Mat<f64>, count: usize, matrix: &mut Mat<f64>) {
-    for c in 0..matrix.ncols() {
-        project(columns, count, matrix.col_as_slice_mut(c));
-    }
-}
-
-fn norm(values: &[f64]) -> f64 {
-    values.iter().map(|v| v * v).sum::<f64>().sqrt()
 }

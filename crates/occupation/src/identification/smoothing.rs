@@ -4,8 +4,11 @@
 //! as long as the smoother's likelihood rises.
 
 use std::borrow::Borrow;
+use std::collections::HashMap;
 
-use lacuna_recordings::{Prior, SignalError, Smoothed, Smoother, estimate_noise_pooled};
+use lacuna_recordings::{
+    MeanPath, Prior, Samples, SharedSmoother, SignalError, estimate_noise_pooled,
+};
 use rayon::prelude::*;
 
 use super::IdentificationError;
@@ -29,7 +32,7 @@ pub(super) struct Channel {
     prior: Prior,
 }
 
-/// A motion's coordinates smoothed at its samples, and their rates: N x n each.
+/// Motions' coordinates smoothed at their samples, and their rates and second derivatives: N x n each.
 #[derive(Debug, Clone)]
 pub(super) struct Smooth {
     pub values: Vec<f64>,
@@ -39,6 +42,33 @@ pub(super) struct Smooth {
 }
 
 impl Smooth {
+    /// All coordinates of all motions.
+    pub fn all(
+        motions: &[Motion],
+        channels: &[Channel],
+        rate_noise: &[Option<f64>],
+    ) -> Result<Vec<Self>, IdentificationError> {
+        let n = channels.len();
+        let zeros = |motion: &Motion| {
+            let zeros = vec![0.0; motion.samples() * n];
+            Self { values: zeros.clone(), rates: zeros.clone(), seconds: zeros }
+        };
+        let mut all: Vec<Self> = motions.iter().map(zeros).collect();
+        for i in 0..n {
+            let paths = smooth(motions, i, channels[i], rate_noise[i]);
+            for (smooth, path) in all.iter_mut().zip(paths) {
+                let path =
+                    path.map_err(|source| IdentificationError::Signal { coordinate: i, source })?;
+                let rows = [&mut smooth.values, &mut smooth.rates, &mut smooth.seconds];
+                for (derivative, rows) in rows.into_iter().enumerate() {
+                    let column = rows.iter_mut().skip(i).step_by(n);
+                    column.zip(path.at_samples(derivative)).for_each(|(to, value)| *to = value);
+                }
+            }
+        }
+        Ok(all)
+    }
+
     /// y^(s-1) and y^(s) for order s.
     pub fn derivatives(&self, order: usize) -> [&[f64]; 2] {
         if order == 1 { [&self.values, &self.rates] } else { [&self.rates, &self.seconds] }
@@ -67,20 +97,15 @@ pub(super) fn judge<M: Borrow<Motion>>(
     let long: Vec<_> = series.iter().filter(|(_, y)| seen(y) >= FEWEST).collect();
     let every = long.len().div_ceil(JUDGED).max(1);
     let judged: Vec<&(&[f64], Vec<f64>)> = long.into_iter().step_by(every).collect();
-    let likelihood = |prior: Prior, sd: f64| -> f64 {
-        let one = |(times, values): &&(&[f64], Vec<f64>)| {
-            Smoother::new(prior)
-                .smooth(times, values, sd)
-                .map_or(f64::NEG_INFINITY, |s| s.log_likelihood())
-        };
-        judged.par_iter().map(one).collect::<Vec<_>>().iter().sum()
-    };
+    let judged: Vec<Series> =
+        judged.into_iter().map(|(times, values)| Series { times, values, rates: &[] }).collect();
     let mut best = (f64::NEG_INFINITY, Channel { noise_sd: estimated, prior: Prior::WhiteJerk });
     for prior in [Prior::WhiteJerk, Prior::WhiteSnap] {
         let mut noise_sd = estimated;
         let mut before = f64::NEG_INFINITY;
+        let groups = groups(prior, &judged, 0.0);
         while noise_sd >= LOWEST * estimated {
-            let found = likelihood(prior, noise_sd);
+            let found = likelihood(&groups, &judged, noise_sd);
             if found > best.0 {
                 best = (found, Channel { noise_sd, prior });
             }
@@ -119,49 +144,108 @@ fn noise_of(series: &[(&[f64], Vec<f64>)], i: usize) -> Result<f64, Identificati
     Ok(found.sd.max(ROUNDING * largest))
 }
 
-/// Smooths a motion.
-pub(super) fn smooth(
-    motion: &Motion,
-    channels: &[Channel],
-    rate_noise: &[Option<f64>],
-) -> Result<Smooth, IdentificationError> {
-    let (n, samples) = (motion.dimension(), motion.samples());
-    let mut smooth = Smooth {
-        values: vec![0.0; samples * n],
-        rates: vec![0.0; samples * n],
-        seconds: vec![0.0; samples * n],
-    };
-    for (i, channel) in channels.iter().enumerate() {
-        let values = column(motion.coordinates(), n, i);
-        let rates = motion.rates().map(|r| column(r, n, i));
-        let path = smooth_one(motion.times(), &values, rates.as_deref(), rate_noise[i], *channel)
-            .map_err(|source| IdentificationError::Signal { coordinate: i, source })?
-            .at(motion.times());
-        for k in 0..samples {
-            smooth.values[k * n + i] = path.value[k];
-            smooth.rates[k * n + i] = path.first[k];
-            smooth.seconds[k * n + i] = path.second[k];
+/// What was measured of one coordinate of a motion.
+struct Series<'m> {
+    times: &'m [f64],
+    values: &'m [f64],
+    rates: &'m [f64],
+}
+
+impl Series<'_> {
+    fn samples(&self) -> Samples<'_> {
+        Samples { values: self.values, rates: self.rates }
+    }
+
+    /// The same for series with the same times from their first, and the same samples missing.
+    fn pattern(&self) -> Vec<[u64; 2]> {
+        const PARTS: f64 = 1e6;
+        let step = (self.times[self.times.len() - 1] - self.times[0]) / self.times.len() as f64;
+        let seen = |values: &[f64], k: usize| u64::from(values.get(k).is_some_and(|v| !v.is_nan()));
+        let place = |t: &f64| (PARTS * (t - self.times[0]) / step).round() as u64;
+        let times = self.times.iter().enumerate();
+        times.map(|(k, t)| [place(t), seen(self.values, k) + 2 * seen(self.rates, k)]).collect()
+    }
+}
+
+/// Series that one smoother smooths, by their indices.
+struct Group {
+    smoother: Result<SharedSmoother, SignalError>,
+    members: Vec<usize>,
+}
+
+/// Series with a smoother for those with the same times; `rate_scale` is the noise of values over that of rates.
+fn groups(prior: Prior, series: &[Series<'_>], rate_scale: f64) -> Vec<Group> {
+    let mut place: HashMap<Vec<[u64; 2]>, usize> = HashMap::new();
+    let mut groups: Vec<Group> = Vec::new();
+    for (s, one) in series.iter().enumerate() {
+        let at = *place.entry(one.pattern()).or_insert(groups.len());
+        if at == groups.len() {
+            let smoother = SharedSmoother::new(prior, one.times, one.samples(), rate_scale);
+            groups.push(Group { smoother, members: Vec::new() });
         }
+        groups[at].members.push(s);
     }
-    Ok(smooth)
+    groups
 }
 
-/// Coordinate i smoothed; none where it cannot be.
-pub(super) fn one(motion: &Motion, i: usize, channel: Channel) -> Option<Smoothed> {
-    let values = column(motion.coordinates(), motion.dimension(), i);
-    smooth_one(motion.times(), &values, None, None, channel).ok()
+/// Series that one thread smooths at a time.
+const TOGETHER: usize = 64;
+
+/// Groups cut for threads.
+fn parts(groups: &[Group]) -> Vec<(&Result<SharedSmoother, SignalError>, &[usize])> {
+    let mut parts = Vec::new();
+    for group in groups {
+        parts.extend(group.members.chunks(TOGETHER).map(|members| (&group.smoother, members)));
+    }
+    parts
 }
 
-fn smooth_one(
-    times: &[f64],
-    values: &[f64],
-    rates: Option<&[f64]>,
-    rate_noise: Option<f64>,
+/// Log likelihood of all series.
+fn likelihood(groups: &[Group], series: &[Series<'_>], noise_sd: f64) -> f64 {
+    let of = |(smoother, members): &(&Result<SharedSmoother, _>, &[usize])| -> f64 {
+        let samples: Vec<Samples> = members.iter().map(|&s| series[s].samples()).collect();
+        let found = smoother.as_ref().ok().and_then(|s| s.log_likelihoods(&samples, noise_sd).ok());
+        found.map_or(f64::NEG_INFINITY, |found| found.iter().sum())
+    };
+    parts(groups).par_iter().map(of).collect::<Vec<f64>>().iter().sum()
+}
+
+/// Coordinate i of motions smoothed, with the measured rates where their noise is given; each for itself.
+pub(super) fn smooth<M: Borrow<Motion> + Sync>(
+    motions: &[M],
+    i: usize,
     channel: Channel,
-) -> Result<Smoothed, SignalError> {
-    let mut smoother = Smoother::new(channel.prior);
-    if let (Some(rates), Some(sd)) = (rates, rate_noise) {
-        smoother = smoother.with_derivative(rates, sd);
+    rate_noise: Option<f64>,
+) -> Vec<Result<MeanPath, SignalError>> {
+    let columns: Vec<[Vec<f64>; 2]> = motions
+        .iter()
+        .map(Borrow::borrow)
+        .map(|motion: &Motion| {
+            let n = motion.dimension();
+            let rates = motion.rates().filter(|_| rate_noise.is_some());
+            [column(motion.coordinates(), n, i), rates.map_or(Vec::new(), |r| column(r, n, i))]
+        })
+        .collect();
+    let series: Vec<Series> = motions
+        .iter()
+        .zip(&columns)
+        .map(|(motion, [values, rates])| Series { times: motion.borrow().times(), values, rates })
+        .collect();
+    let scale = rate_noise.map_or(0.0, |sd| channel.noise_sd / sd);
+    let groups = groups(channel.prior, &series, scale);
+    let of = |(smoother, members): &(&Result<SharedSmoother, SignalError>, &[usize])| {
+        let samples: Vec<_> =
+            members.iter().map(|&s| (series[s].times, series[s].samples())).collect();
+        let smoother = smoother.as_ref().map_err(Clone::clone);
+        let found = smoother.and_then(|smoother| smoother.smooth(&samples, channel.noise_sd));
+        found.unwrap_or_else(|error| vec![Err(error); members.len()])
+    };
+    let mut paths: Vec<Result<MeanPath, SignalError>> = Vec::new();
+    paths.resize_with(series.len(), || Err(SignalError::OutOfRange));
+    let parts = parts(&groups);
+    let found: Vec<_> = parts.par_iter().map(of).collect();
+    for ((_, members), found) in parts.iter().zip(found) {
+        members.iter().zip(found).for_each(|(&s, path)| paths[s] = path);
     }
-    smoother.smooth(times, values, channel.noise_sd)
+    paths
 }

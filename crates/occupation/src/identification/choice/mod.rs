@@ -13,7 +13,9 @@
 //! The search sees few equations; `reconsider` compares where it ended with the other priors that it came across on
 //! many more, at the cost of one evaluation each.
 
+mod block;
 mod search;
+mod span;
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};

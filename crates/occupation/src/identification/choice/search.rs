@@ -2,23 +2,21 @@
 
 use std::cmp::Ordering;
 
-use faer::Mat;
+use rayon::prelude::*;
 
 use super::super::IdentificationError;
-use super::super::basis::Basis;
-use super::super::evidence::Posterior;
 use super::super::family::{Family, ScaledKernel};
-use super::super::optimise::minimise;
-use super::super::weak::{Remainders, WeakRow};
-use super::{Alternative, BlockChoice, RowChoice, Start, side_by_side};
+use super::super::optimise::{difference, minimise};
+use super::super::weak::WeakRow;
+use super::block::{Block, Products};
+use super::span::{Span, product};
+use super::{Alternative, BlockChoice, RowChoice, Start};
 use crate::linear::NonPositivePivot;
 
 /// Prior standard deviation of log widths about twice the spread of the arguments.
 const WIDTH_PRIOR: f64 = 1.5;
 /// Prior standard deviation of log amplitudes.
 const AMPLITUDE_PRIOR: f64 = 4.0;
-/// Variance left by the landmarks while kernels are chosen.
-const TOLERANCE: f64 = 1e-10;
 /// Width, in spreads, of an argument on which a function does not depend.
 const FLAT: f64 = 1e4;
 /// Nats that a feature must bring: families with fewer are preferred where the data cannot tell.
@@ -42,14 +40,6 @@ fn first_kernel(start: &Start<'_>, family: Family) -> ScaledKernel {
     ScaledKernel { family, centre: start.centre.to_vec(), widths }
 }
 
-/// Block b with its design matrices.
-#[derive(Clone)]
-struct Block {
-    choice: BlockChoice,
-    design: Mat<f64>,
-    remainders: Remainders,
-}
-
 /// A block with the noise and evidence that it leads to.
 struct Found {
     block: Block,
@@ -58,9 +48,10 @@ struct Found {
 }
 
 pub(super) struct Search<'s> {
-    row: &'s WeakRow<'s>,
-    start: &'s Start<'s>,
-    blocks: Vec<Block>,
+    pub row: &'s WeakRow<'s>,
+    pub start: &'s Start<'s>,
+    pub span: Option<Span>,
+    pub blocks: Vec<Block>,
     noise_sd: f64,
     log_evidence: f64,
     alternatives: Vec<Alternative>,
@@ -93,35 +84,24 @@ impl<'s> Search<'s> {
         let mut search = Self {
             row,
             start,
+            span: Span::of(row, start.candidates, start.spread.len(), from.blocks.len()),
             blocks: Vec::new(),
             noise_sd: from.noise_sd,
             log_evidence: f64::NEG_INFINITY,
             alternatives: Vec::new(),
             first_gains: vec![None; from.blocks.len()],
         };
-        for (b, choice) in from.blocks.iter().enumerate() {
-            let block = search.block(b, choice.clone());
+        for choice in &from.blocks {
+            let block = search.block(choice.clone());
             search.blocks.push(block);
         }
-        search.log_evidence = search.objective(0, &search.blocks[0], search.noise_sd);
+        let first = &search.blocks[0];
+        let products = search.products(0, first).map_err(|_| IdentificationError::NoEvidence)?;
+        search.log_evidence = search.objective(0, &first.choice, first, &products, search.noise_sd);
         if search.log_evidence.is_finite() {
             Ok(search)
         } else {
             Err(IdentificationError::NoEvidence)
-        }
-    }
-
-    fn basis(&self, choice: &BlockChoice) -> Basis {
-        let candidates = self.start.candidates;
-        Basis::choose(choice.kernel.clone(), candidates, TOLERANCE, self.start.effort.landmarks)
-    }
-
-    fn block(&self, b: usize, choice: BlockChoice) -> Block {
-        let basis = self.basis(&choice);
-        Block {
-            design: self.row.design(&basis, b),
-            remainders: self.row.remainders(&basis, b),
-            choice,
         }
     }
 
@@ -144,13 +124,15 @@ impl<'s> Search<'s> {
             Ordering::Equal => 0.0,
             Ordering::Less => -self.worth(None),
         };
-        let block = self.block(b, choice);
-        let log_evidence = self.objective(b, &block, self.noise_sd);
+        let block = self.block(choice);
+        let log_evidence = self.products(b, &block).map_or(f64::NEG_INFINITY, |products| {
+            self.objective(b, &block.choice, &block, &products, self.noise_sd)
+        });
         self.keep_better(b, Found { block, noise_sd: self.noise_sd, log_evidence }, worth);
     }
 
     fn keep_better(&mut self, b: usize, found: Found, worth: f64) {
-        let features = |block: &Block| block.design.ncols() as f64;
+        let features = |block: &Block| self.features(b, block) as f64;
         let price = PRICE * (features(&found.block) - features(&self.blocks[b]));
         if found.log_evidence > self.log_evidence + price + worth {
             self.accept(b, found);
@@ -242,11 +224,35 @@ impl<'s> Search<'s> {
         let family = from.kernel.family;
         let flat: Vec<bool> =
             (0..self.start.spread.len()).map(|i| self.is_flat(&from, i)).collect();
-        let cost = |theta: &[f64]| -self.penalised(b, family, &flat, theta);
+        let decode = |theta: &[f64]| self.decode(b, family, &flat, theta);
+        let cost = |theta: &[f64]| {
+            if theta.iter().any(|t| !t.is_finite() || t.abs() > 60.0) {
+                return (f64::INFINITY, None);
+            }
+            let (choice, noise_sd) = decode(theta);
+            let block = self.block(choice);
+            let Ok(products) = self.products(b, &block) else { return (f64::INFINITY, None) };
+            let found = self.objective(b, &block.choice, &block, &products, noise_sd);
+            (-found, Some((block, products)))
+        };
         let start = self.parameters(&from, self.noise_sd);
-        let found = minimise(start, GAIN, self.start.effort.iterations, -goal, cost);
-        let (choice, noise_sd) = self.decode(b, family, &flat, &found.at);
-        Found { block: self.block(b, choice), noise_sd, log_evidence: -found.value }
+        let widths =
+            if self.start.widths.is_some() { 0 } else { flat.iter().filter(|f| !**f).count() };
+        let gradient = |theta: &[f64], value: f64, kept: &Option<(Block, Products)>| -> Vec<f64> {
+            let slope = |i: usize| match kept {
+                // Amplitude and noise leave the kernel as it is.
+                Some((block, products)) if i >= widths => difference(theta, i, value, |shifted| {
+                    let (choice, noise_sd) = decode(shifted);
+                    -self.objective(b, &choice, block, products, noise_sd)
+                }),
+                _ => difference(theta, i, value, |shifted| cost(shifted).0),
+            };
+            (0..theta.len()).into_par_iter().map(slope).collect()
+        };
+        let found = minimise(start, GAIN, self.start.effort.iterations, -goal, cost, gradient);
+        let (choice, noise_sd) = decode(&found.at);
+        let block = found.kept.map_or_else(|| self.block(choice), |(block, _)| block);
+        Found { block, noise_sd, log_evidence: -found.value }
     }
 
     /// The same prior variance in the middle of the data, in another family.
@@ -299,26 +305,25 @@ impl<'s> Search<'s> {
         )
     }
 
-    fn penalised(&self, b: usize, family: Family, flat: &[bool], theta: &[f64]) -> f64 {
-        if theta.iter().any(|t| !t.is_finite() || t.abs() > 60.0) {
-            return f64::NEG_INFINITY;
-        }
-        let (choice, noise_sd) = self.decode(b, family, flat, theta);
-        self.objective(b, &self.block(b, choice), noise_sd)
-    }
-
-    /// Log evidence and log priors with another block b.
-    fn objective(&self, b: usize, block: &Block, noise_sd: f64) -> f64 {
-        let choice = |k: usize| if k == b { &block.choice } else { &self.blocks[k].choice };
-        let log_priors: f64 = (0..self.blocks.len()).map(|k| self.log_prior(k, choice(k))).sum();
-        match self.posterior(b, block, noise_sd) {
+    /// Log evidence and log priors with another block b of this choice (and of another amplitude perhaps).
+    fn objective(
+        &self,
+        b: usize,
+        choice: &BlockChoice,
+        block: &Block,
+        products: &Products,
+        noise_sd: f64,
+    ) -> f64 {
+        let of = |k: usize| if k == b { choice } else { &self.blocks[k].choice };
+        let log_priors: f64 = (0..self.blocks.len()).map(|k| self.log_prior(k, of(k))).sum();
+        match self.posterior(b, choice, block, products, noise_sd) {
             Ok(posterior) => posterior.log_evidence + log_priors,
             Err(NonPositivePivot { .. }) => f64::NEG_INFINITY,
         }
     }
 
     /// a of a block: that of the given lambda for this noise, where lambda is given.
-    fn amplitude(&self, choice: &BlockChoice, noise_sd: f64) -> f64 {
+    pub(super) fn amplitude(&self, choice: &BlockChoice, noise_sd: f64) -> f64 {
         self.start.lambda.map_or(choice.amplitude, |lambda| noise_sd / lambda.sqrt())
     }
 
@@ -335,39 +340,19 @@ impl<'s> Search<'s> {
         -0.5 * (widths + amplitude * amplitude)
     }
 
-    fn posterior(
-        &self,
-        b: usize,
-        block: &Block,
-        noise_sd: f64,
-    ) -> Result<Posterior, NonPositivePivot> {
-        let blocks: Vec<&Block> =
-            (0..self.blocks.len()).map(|k| if k == b { block } else { &self.blocks[k] }).collect();
-        let amplitude = |block: &Block| self.amplitude(&block.choice, noise_sd);
-        // The block's own columns first.
-        let order = || std::iter::once(b).chain((0..blocks.len()).filter(move |&k| k != b));
-        let parts: Vec<&Mat<f64>> = order().map(|k| &blocks[k].design).collect();
-        let remainders: Vec<(f64, &Remainders)> =
-            blocks.iter().map(|block| (amplitude(block), &block.remainders)).collect();
-        let prior: Vec<f64> = order()
-            .flat_map(|k| std::iter::repeat_n(amplitude(blocks[k]), blocks[k].design.ncols()))
-            .collect();
-        let (normal, log_determinant) =
-            self.row.normal(side_by_side(&parts), &remainders, noise_sd)?;
-        let mut posterior = normal.posterior(&prior, 1.0)?;
-        posterior.log_evidence -= 0.5 * log_determinant;
-        Ok(posterior)
-    }
-
     /// Root mean square of the standard deviation sqrt(phi^T C phi) at the candidates.
     fn posterior_sd(&self, b: usize) -> Option<f64> {
         let block = &self.blocks[b];
-        let posterior = self.posterior(b, block, self.noise_sd).ok()?;
+        let products = self.products(b, block).ok()?;
+        let posterior = self.posterior(b, &block.choice, block, &products, self.noise_sd).ok()?;
         let inverse = posterior.factor.inverse();
-        let basis = self.basis(&block.choice);
-        let features = basis.features(self.start.candidates);
+        let features = match (&self.span, &block.spanned) {
+            (Some(span), Some(spanned)) => product(span.at_candidates.as_ref(), spanned.as_ref()),
+            _ => self.basis(&block.choice).features(self.start.candidates),
+        };
+        let rank = features.ncols();
         let variance = |k: usize| -> f64 {
-            let pairs = (0..basis.rank()).flat_map(|i| (0..basis.rank()).map(move |j| (i, j)));
+            let pairs = (0..rank).flat_map(|i| (0..rank).map(move |j| (i, j)));
             pairs.map(|(i, j)| features[(k, i)] * inverse[(i, j)] * features[(k, j)]).sum()
         };
         let mean = (0..features.nrows()).map(variance).sum::<f64>() / features.nrows() as f64;

@@ -25,9 +25,12 @@
 //! errors of a window ~ N(0, sigma^2 I + sum_k q_k^2 s_k s_k^T + sum_b a_b^2 V_b (K_b - Phi_b Phi_b^T) V_b^T)
 //! ```
 
+mod integral;
 mod reduction;
 mod row;
 mod window;
 
+pub(super) use integral::Reflection;
+pub(super) use reduction::Reduction;
 pub(crate) use row::{Remainders, WeakRow};
 pub(crate) use window::{WeakWindow, shares_within};

@@ -2,7 +2,7 @@
 
 /// Orthogonal reflections after which the first entries hold all that initial values do.
 #[derive(Debug, Clone)]
-pub(super) struct Reduction {
+pub(crate) struct Reduction {
     /// Unit vectors v of H = I - 2 v v^T; the j-th begins at entry j.
     reflections: Vec<Vec<f64>>,
 }
@@ -26,6 +26,11 @@ impl Reduction {
             reduction.reflections.push(v);
         }
         reduction
+    }
+
+    /// Unit vectors v of H = I - 2 v v^T, the j-th for entries j and on.
+    pub fn vectors(&self) -> impl Iterator<Item = &[f64]> {
+        self.reflections.iter().map(Vec::as_slice)
     }
 
     /// Number of equations that are lost.

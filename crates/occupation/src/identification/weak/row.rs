@@ -1,19 +1,25 @@
 //! The equations of one coordinate.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Accum, Mat, Par};
+use faer::prelude::*;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use rayon::prelude::*;
 
 use super::super::basis::Basis;
 use super::super::evidence::Normal;
+use super::integral::{Integral, Reflection};
 use super::reduction::Reduction;
 use super::window::WeakWindow;
 use crate::linear::{Factor, NonPositivePivot};
 
-/// A jump below this share of the noise is no jump.
-const NEGLIGIBLE: f64 = 1e-3;
+/// Jumps that together stay below this share of the noise (a hundredth of its variance) are none.
+const NEGLIGIBLE: f64 = 0.1;
+/// Windows whose inner products are summed by one thread, in order.
+const GROUP: usize = 16;
 
 /// The equations of one coordinate: windows with measurements, and their covariance.
 #[derive(Debug)]
@@ -32,6 +38,12 @@ pub(crate) struct WeakRow<'w> {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Remainders(Vec<Mat<f64>>);
 
+impl Remainders {
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
 #[derive(Debug)]
 struct RowWindow<'w> {
     window: &'w WeakWindow,
@@ -42,7 +54,7 @@ struct RowWindow<'w> {
     /// The samples' and the quadrature's covariance over sigma^2, reduced; none where that is 1.
     covariance: Option<Mat<f64>>,
     /// V_b of each block b: what a constant over each rule's nodes does to the equations.
-    responses: Vec<Mat<f64>>,
+    responses: OnceLock<Vec<Mat<f64>>>,
     /// Weighted and reduced measurements.
     right: Vec<f64>,
 }
@@ -91,24 +103,74 @@ impl<'w> WeakRow<'w> {
         self.right.len()
     }
 
+    /// Arguments at the nodes of all windows, rows of d.
+    pub fn arguments(&self) -> &[f64] {
+        &self.arguments
+    }
+
     /// The design matrix of one block in the features of a basis.
     pub fn design(&self, basis: &Basis, block: usize) -> Mat<f64> {
         // Kernel values become features last: there are fewer equations than nodes.
-        let values = basis.kernel_rows(&self.arguments);
-        let mut design = Mat::zeros(self.right.len(), basis.rank());
-        let (mut integrated, mut measured) = (Vec::new(), Vec::new());
-        for c in 0..basis.rank() {
-            let mut values = values.col_as_slice(c);
-            for (window, range) in self.windows.iter().zip(&self.ranges) {
-                let (own, rest) = values.split_at(window.window.nodes());
-                window.window.integrate(own, block, window.levels, &mut integrated);
-                window.reduce(&integrated, &mut measured);
-                let lost = window.reduction.lost();
-                design.col_as_slice_mut(c)[range.clone()].copy_from_slice(&measured[lost..]);
-                values = rest;
+        let values = basis.kernel_values(&self.arguments);
+        basis.to_features(self.integrated(&values, basis.rank(), block).transpose())
+    }
+
+    /// Inner products for functions whose values at arguments are `values` (a row an argument), block after block, with errors of
+    /// variance sigma^2, and the logarithm of the determinant of their covariance for sigma 1.
+    pub fn products(
+        &self,
+        columns: usize,
+        blocks: usize,
+        values: impl Fn(&[f64]) -> Vec<f64> + Sync,
+    ) -> Result<(Normal, f64), NonPositivePivot> {
+        let group = |windows: &[usize]| {
+            let (mut normal, mut log_determinant) = (Normal::new(blocks * columns), 0.0);
+            let mut room = Vec::new();
+            for &w in windows {
+                let (window, range) = (&self.windows[w], self.ranges[w].clone());
+                let values = values(&window.window.arguments);
+                let mut design = Mat::zeros(range.len(), blocks * columns);
+                for block in 0..blocks {
+                    let reduced = window.reduced(&values, columns, block, &mut room);
+                    let reduced = MatRef::from_row_major_slice(reduced, range.len(), columns);
+                    design.as_mut().subcols_mut(block * columns, columns).copy_from(reduced);
+                }
+                let mut right = self.right[range].to_vec();
+                log_determinant += window.whiten(design.as_mut(), &mut right, &[], 1.0)?;
+                normal.add(design.as_ref(), &right);
+            }
+            Ok((normal, log_determinant))
+        };
+        let all: Vec<usize> = (0..self.windows.len()).collect();
+        let groups: Vec<Result<(Normal, f64), NonPositivePivot>> =
+            all.par_chunks(GROUP).map(group).collect();
+        let (mut total, mut log_determinant) = (Normal::new(blocks * columns), 0.0);
+        for found in groups {
+            let (normal, own) = found?;
+            total.merge(&normal);
+            log_determinant += own;
+        }
+        Ok((total, log_determinant))
+    }
+
+    /// Functions' values at the nodes of all windows (a row a node) times input `block`, integrated and reduced; a column an
+    /// equation.
+    pub fn integrated(&self, values: &[f64], columns: usize, block: usize) -> Mat<f64> {
+        let mut design = Mat::zeros(columns, self.right.len());
+        if columns == 0 {
+            return design;
+        }
+        let mut rest = values;
+        let mut room = Vec::new();
+        for (window, range) in self.windows.iter().zip(&self.ranges) {
+            let own;
+            (own, rest) = rest.split_at(window.window.nodes() * columns);
+            let reduced = window.reduced(own, columns, block, &mut room);
+            for (equation, row) in range.clone().zip(reduced.chunks_exact(columns)) {
+                design.col_as_slice_mut(equation).copy_from_slice(row);
             }
         }
-        basis.to_features(design.as_ref())
+        design
     }
 
     /// What the landmarks of a basis leave of its kernel.
@@ -120,13 +182,13 @@ impl<'w> WeakRow<'w> {
         let d = basis.kernel.widths.len();
         let mut first = 0;
         let of_window = |window: &RowWindow| {
-            let count = window.responses[block].ncols();
+            let count = window.responses()[block].ncols();
             let points = &self.middles[first * d..(first + count) * d];
             let own = features.subrows(first, count);
             first += count;
             let mut left = basis.kernel_matrix(points);
             matmul(&mut left, Accum::Add, own, own.transpose(), -1.0, Par::Seq);
-            let response = &window.responses[block];
+            let response = &window.responses()[block];
             let mut half = Mat::zeros(response.nrows(), count);
             matmul(&mut half, Accum::Replace, response, &left, 1.0, Par::Seq);
             let mut whole = Mat::zeros(response.nrows(), response.nrows());
@@ -151,19 +213,10 @@ impl<'w> WeakRow<'w> {
             let own = design.as_mut().subrows_mut(range.start, range.len());
             let left: Vec<(f64, &Mat<f64>)> =
                 remainders.iter().filter_map(|(a, r)| Some((*a, r.0.get(w)?))).collect();
-            if window.covariance.is_none() && left.is_empty() {
-                own_right.iter_mut().for_each(|v| *v /= sigma);
-                faer::zip!(own).for_each(|faer::unzip!(v)| *v /= sigma);
-                log_determinant += 2.0 * range.len() as f64 * sigma.ln();
-            } else {
-                let factor = Factor::of(window.covariance(&left, sigma))?;
-                factor.solve_lower_slice(own_right);
-                solve_lower_triangular_in_place(factor.lower(), own, Par::Seq);
-                log_determinant += factor.log_determinant();
-            }
+            log_determinant += window.whiten(own, own_right, &left, sigma)?;
         }
         let mut normal = Normal::new(design.ncols());
-        normal.add(design.as_ref(), &right, 0);
+        normal.add(design.as_ref(), &right);
         Ok((normal, log_determinant))
     }
 }
@@ -195,7 +248,7 @@ impl<'w> RowWindow<'w> {
             rows,
             reduction,
             covariance: None,
-            responses: Vec::new(),
+            responses: OnceLock::new(),
             right,
         };
         let jumps = window.jumps.iter().skip(i).step_by(n).map(|jump| jump / noise_sd).collect();
@@ -203,15 +256,29 @@ impl<'w> RowWindow<'w> {
         if jumps.iter().any(|jump| *jump > 0.0) {
             row.covariance = Some(row.reduce_both(covariance(window, &row.rows, &jumps)));
         }
-        row.responses = (0..=motion.input_count()).map(|b| row.response(b)).collect();
         row
     }
 
-    /// Measurements of integrated features, reduced: entries `lost()` and on.
-    fn reduce(&self, integrated: &[f64], measured: &mut Vec<f64>) {
-        measured.clear();
-        measured.extend(self.rows.iter().map(|&(row, weight)| weight * integrated[row]));
-        self.reduction.reflect(measured);
+    /// Functions' values at the nodes times input `block`, integrated, measured and reduced, a row an equation; in `room`.
+    fn reduced<'r>(
+        &self,
+        values: &[f64],
+        columns: usize,
+        block: usize,
+        room: &'r mut Vec<f64>,
+    ) -> &'r [f64] {
+        let (window, levels) = (self.window, self.levels);
+        let integrated_rows = levels * window.motion.samples();
+        room.clear();
+        room.resize((integrated_rows + self.rows.len()) * columns, 0.0);
+        let (integrated, measured) = room.split_at_mut(integrated_rows * columns);
+        Integral { window, block, levels, columns, values, integrated }.work_out();
+        for (&(row, weight), to) in self.rows.iter().zip(measured.chunks_exact_mut(columns)) {
+            let from = &integrated[row * columns..(row + 1) * columns];
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = weight * from);
+        }
+        Reflection { reduction: &self.reduction, columns, rows: measured }.work_out();
+        &measured[self.reduction.lost() * columns..]
     }
 
     /// P^T C P for the rows P^T that are left.
@@ -224,20 +291,43 @@ impl<'w> RowWindow<'w> {
         matrix.submatrix(lost, lost, size - lost, size - lost).to_owned()
     }
 
+    /// Makes errors independent with variance 1, and returns the logarithm of the determinant of their covariance before.
+    fn whiten(
+        &self,
+        mut design: MatMut<'_, f64>,
+        right: &mut [f64],
+        remainders: &[(f64, &Mat<f64>)],
+        sigma: f64,
+    ) -> Result<f64, NonPositivePivot> {
+        if self.covariance.is_some() || !remainders.is_empty() {
+            let factor = Factor::of(self.covariance(remainders, sigma))?;
+            factor.solve_lower_slice(right);
+            solve_lower_triangular_in_place(factor.lower(), design, Par::Seq);
+            return Ok(factor.log_determinant());
+        }
+        if sigma != 1.0 {
+            right.iter_mut().for_each(|v| *v /= sigma);
+            faer::zip!(design.rb_mut()).for_each(|faer::unzip!(v)| *v /= sigma);
+        }
+        Ok(2.0 * right.len() as f64 * sigma.ln())
+    }
+
+    fn responses(&self) -> &[Mat<f64>] {
+        let blocks = 0..=self.window.motion.input_count();
+        self.responses.get_or_init(|| blocks.map(|b| self.response(b)).collect())
+    }
+
     /// V of block b.
     fn response(&self, block: usize) -> Mat<f64> {
-        let (mut integrated, mut measured) = (Vec::new(), Vec::new());
         let groups = self.window.groups();
-        let mut response = Mat::zeros(self.right.len(), groups.len());
-        let mut indicator = vec![0.0; self.window.nodes()];
+        let columns = groups.len();
+        let mut indicators = vec![0.0; self.window.nodes() * columns];
         for (c, group) in groups.into_iter().enumerate() {
-            indicator[group.clone()].fill(1.0);
-            self.window.integrate(&indicator, block, self.levels, &mut integrated);
-            indicator[group].fill(0.0);
-            self.reduce(&integrated, &mut measured);
-            response.col_as_slice_mut(c).copy_from_slice(&measured[self.reduction.lost()..]);
+            group.for_each(|node| indicators[node * columns + c] = 1.0);
         }
-        response
+        let mut room = Vec::new();
+        let reduced = self.reduced(&indicators, columns, block, &mut room);
+        Mat::from_fn(self.right.len(), columns, |r, c| reduced[r * columns + c])
     }
 
     /// sigma^2 (I + jumps) + sum_b a_b^2 remainder_b.
@@ -270,12 +360,15 @@ impl<'w> RowWindow<'w> {
     }
 }
 
-/// Jumps over sigma, zero where no measurement of the window sees as much as a small share of its noise.
+/// Jumps over sigma, zero where no measurement of the window sees more of them than a small share of its noise.
 fn significant(mut jumps: Vec<f64>, window: &WeakWindow, rate_weight: Option<f64>) -> Vec<f64> {
     let times = window.motion.times();
     let span = times[times.len() - 1] - times[0];
     let reach = span.powi(window.order as i32 - 1).max(rate_weight.unwrap_or(0.0));
-    jumps.iter_mut().filter(|jump| **jump * reach < NEGLIGIBLE).for_each(|jump| *jump = 0.0);
+    let together = jumps.iter().map(|jump| jump * jump).sum::<f64>().sqrt();
+    if together * reach < NEGLIGIBLE {
+        jumps.fill(0.0);
+    }
     jumps
 }
 
@@ -324,137 +417,4 @@ fn initial_columns(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::super::family::{Family, ScaledKernel};
-    use super::super::super::motion::{InputPath, Motion};
-    use super::*;
-    use crate::Functional;
-    use crate::whitening::BandedCholesky;
-
-    fn window(order: usize) -> WeakWindow {
-        // Uneven times.
-        let times: Vec<f64> =
-            (0..24).map(|k| 0.05 * f64::from(k) + 0.01 * f64::from(k % 3)).collect();
-        let y: Vec<f64> = times.iter().map(|t| (2.0 * t).sin() + t * t).collect();
-        let u: Vec<f64> = times.iter().map(|t| (3.0 * t).cos()).collect();
-        let motion = Motion::new(times, y.clone(), u).unwrap();
-        let zeros = vec![0.0; 24];
-        WeakWindow::sampled(motion, y, order, InputPath::Smooth, [&zeros, &zeros], &[0.0])
-    }
-
-    /// int int cos(3 t) from known derivatives.
-    #[test]
-    fn integrals_are_those_of_the_integrand() {
-        let w = window(2);
-        let mut found = Vec::new();
-        w.integrate(&[1.0; 24], 1, 2, &mut found);
-        for (k, t) in w.motion.times().iter().enumerate() {
-            let expected = [(1.0 - (3.0 * t).cos()) / 9.0, (3.0 * t).sin() / 3.0];
-            for (p, e) in expected.iter().enumerate() {
-                assert!((found[p * 24 + k] - e).abs() < 2e-5, "{p} {k}");
-            }
-        }
-    }
-
-    /// int int sin(2 t) from values at the nodes within the intervals.
-    #[test]
-    fn integrals_along_a_path_are_those_of_the_integrand() {
-        let motion = window(2).motion;
-        let times = motion.times().to_vec();
-        let shares = crate::identification::weak::shares_within(2);
-        let between = |t: &[f64]| {
-            let (start, step) = (t[0], t[1] - t[0]);
-            shares.iter().map(move |share| (2.0 * (start + share * step)).sin())
-        };
-        let values: Vec<f64> = times.windows(2).flat_map(between).collect();
-        let none = vec![0.0; 23];
-        let w = WeakWindow::along(motion, values.clone(), 2, InputPath::Smooth, 2, none);
-        let mut found = Vec::new();
-        w.integrate(&values, 0, 2, &mut found);
-        for (k, t) in times.iter().enumerate() {
-            let expected = [0.5 * t - 0.25 * (2.0 * t).sin(), 0.5 - 0.5 * (2.0 * t).cos()];
-            for (p, e) in expected.iter().enumerate() {
-                assert!((found[p * 24 + k] - e).abs() < 1e-12, "{p} {k}");
-            }
-        }
-    }
-
-    /// What landmarks leave is what dense kernels have and features have not.
-    #[test]
-    fn remainders_make_few_landmarks_as_good_as_all() {
-        let w = [window(2)];
-        let row = WeakRow::new(&w, 0, 1.0, None);
-        let kernel = ScaledKernel { family: Family::Matern, centre: vec![0.5], widths: vec![0.4] };
-        let covariance = |most: usize| {
-            let basis = Basis::choose(kernel.clone(), &w[0].arguments, 1e-12, most);
-            let design = row.design(&basis, 0);
-            let mut whole = &design * design.transpose();
-            if let Some(left) = row.remainders(&basis, 0).0.first() {
-                whole += left;
-            }
-            whole
-        };
-        let (all, few) = (covariance(24), covariance(3));
-        for i in 0..all.nrows() {
-            for j in 0..=i {
-                let scale = (all[(i, i)] * all[(j, j)]).sqrt();
-                assert!((all[(i, j)] - few[(i, j)]).abs() < 1e-8 * scale, "{i} {j}");
-            }
-        }
-    }
-
-    /// y'' = 2 - 4 sin 2t is explained to the quadrature's accuracy.
-    #[test]
-    fn the_true_integrand_explains_the_samples() {
-        let w = window(2);
-        let truth = w.motion.times().iter().map(|t| 2.0 - 4.0 * (2.0 * t).sin());
-        let truth: Vec<f64> = truth.collect();
-        let mut explained = Vec::new();
-        w.integrate(&truth, 0, 1, &mut explained);
-        let row = RowWindow::new(&w, 0, 1.0, None);
-        row.reduction.reflect(&mut explained);
-        for (a, b) in explained[row.reduction.lost()..].iter().zip(&row.right) {
-            assert!((a - b).abs() < 3e-6, "{a} {b}");
-        }
-    }
-
-    #[test]
-    fn reduction_is_whitening_of_divided_differences() {
-        let w = window(2);
-        let times = w.motion.times();
-        let difference = |k: usize| {
-            let t = &times[k..k + 3];
-            let weight =
-                |l: usize| (0..3).filter(|&j| j != l).map(|j| 1.0 / (t[l] - t[j])).product::<f64>();
-            Functional { first: k, weights: (0..3).map(weight).collect() }
-        };
-        let functionals: Vec<Functional> = (0..22).map(difference).collect();
-        let whitener = BandedCholesky::of_functionals(&functionals).unwrap();
-        let integrated = [1.0, 2.0].map(|rate| {
-            let feature: Vec<f64> = times.iter().map(|t| (t * rate).cos()).collect();
-            let mut integrated = Vec::new();
-            w.integrate(&feature, 1, 1, &mut integrated);
-            integrated
-        });
-        let row = RowWindow::new(&w, 0, 1.0, None);
-        let whitened = |values: &[f64]| {
-            let mut out: Vec<f64> =
-                functionals.iter().map(|f| f.apply_column(values, 1, 0)).collect();
-            whitener.solve_lower_in_place(&mut out).unwrap();
-            out
-        };
-        let reduced = |values: &[f64]| {
-            let mut out = values.to_vec();
-            row.reduction.reflect(&mut out);
-            out.split_off(row.reduction.lost())
-        };
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let (y, a, b) =
-            (w.motion.coordinates(), integrated[0].as_slice(), integrated[1].as_slice());
-        for (p, q) in [(y, y), (y, a), (a, b), (b, b)] {
-            let (left, right) = (dot(&whitened(p), &whitened(q)), dot(&reduced(p), &reduced(q)));
-            let size = (dot(p, p) * dot(q, q)).sqrt();
-            assert!((left - right).abs() < 1e-9 * size, "{left} {right}");
-        }
-    }
-}
+mod tests;

@@ -1,6 +1,7 @@
 //! A window and its quadrature.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::super::inputs::{first_of_four, input_at, lagrange};
 use super::super::motion::{InputPath, Motion};
@@ -25,11 +26,13 @@ const NUGGET: f64 = 5e-3;
 /// A window: a stretch of motion with free initial values.
 #[derive(Debug, Clone)]
 pub(crate) struct WeakWindow {
-    pub motion: Motion,
+    pub motion: Arc<Motion>,
     /// Estimated kernel arguments at the nodes of the quadrature, rows of d.
     pub arguments: Vec<f64>,
     /// Error of the quadrature over each interval, for each coordinate: (N - 1) x n, units of y^(s-1).
     pub(super) jumps: Vec<f64>,
+    /// Whether the quadrature resolves the motion on every interval.
+    resolved: bool,
     nodes: Nodes,
     /// Interval k, block j, moment r: weights of its nodes, at ((k (m + 1) + j) s + r) times their number.
     weights: Vec<f64>,
@@ -73,7 +76,7 @@ impl WeakWindow {
     /// A window with arguments at its samples (N x d), the smoothed derivatives y^(s-1) and y^(s) of its coordinates, N x n
     /// each, and the typical size (`scale`) of each y^(s).
     pub fn sampled(
-        motion: Motion,
+        motion: Arc<Motion>,
         arguments: Vec<f64>,
         order: usize,
         path: InputPath,
@@ -82,15 +85,16 @@ impl WeakWindow {
     ) -> Self {
         let nodes = Nodes::Samples;
         let weights = interval_weights(&motion, order, path, nodes);
-        let mut window = Self { motion, arguments, jumps: Vec::new(), nodes, weights, order };
-        window.jumps = window.quadrature_errors(below, highest, scale);
+        let (jumps, resolved) = (Vec::new(), true);
+        let mut window = Self { motion, arguments, jumps, resolved, nodes, weights, order };
+        (window.jumps, window.resolved) = window.quadrature_errors(below, highest, scale);
         window
     }
 
     /// A window with arguments at [`shares_within`] `parts` of each interval, and what their errors may do to the integral
     /// over it.
     pub fn along(
-        motion: Motion,
+        motion: Arc<Motion>,
         arguments: Vec<f64>,
         order: usize,
         path: InputPath,
@@ -99,12 +103,18 @@ impl WeakWindow {
     ) -> Self {
         let nodes = Nodes::Within(parts);
         let weights = interval_weights(&motion, order, path, nodes);
-        Self { motion, arguments, jumps, nodes, weights, order }
+        Self { motion, arguments, jumps, resolved: true, nodes, weights, order }
+    }
+
+    /// Whether cubics between samples follow the motion everywhere.
+    pub fn is_resolved(&self) -> bool {
+        self.resolved
     }
 
     /// Error of the integral of the smoothed y^(s) over each interval, the largest of three intervals: what is missing to
-    /// the difference of y^(s-1), or what the integral changes if the cubic gives way to a parabola.
-    fn quadrature_errors(&self, below: &[f64], highest: &[f64], scale: &[f64]) -> Vec<f64> {
+    /// the difference of y^(s-1), or what the integral changes if the cubic gives way to a parabola; and
+    /// whether it is small against the integral everywhere.
+    fn quadrature_errors(&self, below: &[f64], highest: &[f64], scale: &[f64]) -> (Vec<f64>, bool) {
         let (n, samples) = (self.motion.dimension(), self.motion.samples());
         let times = self.motion.times();
         let error = |k: usize, i: usize| -> (f64, bool) {
@@ -121,16 +131,19 @@ impl WeakWindow {
             (if unresolved { found.max(most) } else { found }, unresolved)
         };
         let mut jumps = vec![0.0; (samples - 1) * n];
+        let mut resolved = true;
         for i in 0..n {
             let found: Vec<(f64, bool)> = (0..samples - 1).map(|k| error(k, i)).collect();
-            let nugget = if found.iter().any(|(_, unresolved)| *unresolved) { NUGGET } else { 0.0 };
+            let unresolved = found.iter().any(|(_, unresolved)| *unresolved);
+            let nugget = if unresolved { NUGGET } else { 0.0 };
+            resolved &= !unresolved;
             for k in 0..samples - 1 {
                 let near = &found[k.saturating_sub(1)..(k + 2).min(samples - 1)];
                 let least = nugget * (times[k + 1] - times[k]) * scale[i];
                 jumps[k * n + i] = near.iter().map(|(jump, _)| *jump).fold(least, f64::max);
             }
         }
-        jumps
+        (jumps, resolved)
     }
 
     /// Number of nodes of the quadrature.
@@ -138,31 +151,9 @@ impl WeakWindow {
         self.nodes.first(self.motion.samples() - 2, self.motion.samples()) + self.nodes.count()
     }
 
-    /// An integrand's values at the nodes, times input `block` (0 for none), integrated: for p = 0, ..., `levels` - 1 the N
-    /// values of derivative p, one level after the other.
-    pub(super) fn integrate(
-        &self,
-        values: &[f64],
-        block: usize,
-        levels: usize,
-        integrated: &mut Vec<f64>,
-    ) {
-        let (samples, order) = (self.motion.samples(), self.order);
-        let times = self.motion.times();
-        integrated.clear();
-        integrated.resize(levels * samples, 0.0);
-        // y, y', ..., y^(s-1) of the integrand.
-        let mut state = [0.0; 2];
-        for k in 0..samples - 1 {
-            advance(&mut state[..order], times[k + 1] - times[k]);
-            let first = self.nodes.first(k, samples);
-            for (p, entry) in state[..order].iter_mut().enumerate() {
-                let weights = self.weights(k, block, order - 1 - p);
-                let nodes = weights.iter().zip(&values[first..first + weights.len()]);
-                *entry += nodes.map(|(weight, value)| weight * value).sum::<f64>();
-            }
-            (0..levels).for_each(|p| integrated[p * samples + k + 1] = state[p]);
-        }
+    /// First node of interval k.
+    pub(super) fn first_node(&self, k: usize) -> usize {
+        self.nodes.first(k, self.motion.samples())
     }
 
     /// Nodes over which a slowly varying function hardly changes: those of one rule, or each sample.
@@ -184,7 +175,8 @@ impl WeakWindow {
         self.groups().into_iter().flat_map(of).collect()
     }
 
-    fn weights(&self, k: usize, block: usize, moment: usize) -> &[f64] {
+    /// Weights of the nodes of interval k for input `block`: int (t_(k+1) - r)^moment / moment! u(r) ... dr.
+    pub(super) fn weights(&self, k: usize, block: usize, moment: usize) -> &[f64] {
         let at = (k * (self.motion.input_count() + 1) + block) * self.order + moment;
         let count = self.nodes.count();
         &self.weights[at * count..(at + 1) * count]
@@ -203,17 +195,6 @@ fn parabola(times: &[f64], first: usize, k: usize, values: [f64; 4]) -> f64 {
         (0..3).map(|l| v[l] * share(l)).sum()
     };
     GAUSS.iter().map(|&(node, weight)| weight * step * value(times[k] + node * step)).sum()
-}
-
-/// Taylor: y^(p) += sum_(q > p) h^(q-p) / (q-p)! y^(q).
-fn advance(state: &mut [f64], step: f64) {
-    for p in 0..state.len() {
-        let mut taylor = 1.0;
-        for q in p + 1..state.len() {
-            taylor *= step / (q - p) as f64;
-            state[p] += taylor * state[q];
-        }
-    }
 }
 
 /// int (t_(k+1) - r)^moment / moment! u_block(r) l(r) dr for the functions l of the interval: the Lagrange polynomials of
