@@ -94,19 +94,20 @@ impl Basis {
     /// Features of points (rows x d), one row a point.
     pub fn features(&self, points: &[f64]) -> Mat<f64> {
         let rows = points.len() / self.kernel.widths.len();
-        let values = self.kernel_values(points);
+        let mut values = Vec::new();
+        self.kernel_values(points, &mut values);
         self.to_features(MatRef::from_row_major_slice(&values, rows, self.rank()))
     }
 
-    /// Kernel values of points (rows x d), a row a point.
-    pub fn kernel_values(&self, points: &[f64]) -> Vec<f64> {
+    /// Writes kernel values of points (rows x d), a row a point.
+    pub fn kernel_values(&self, points: &[f64], values: &mut Vec<f64>) {
         let (d, rank) = (self.kernel.widths.len(), self.rank());
-        let mut values = vec![0.0; points.len() / d * rank];
+        values.clear();
+        values.resize(points.len() / d * rank, 0.0);
         let mut scaled = vec![0.0; d];
         for (x, values) in points.chunks_exact(d).zip(values.chunks_exact_mut(rank.max(1))) {
             self.kernel_row(x, &mut scaled, values);
         }
-        values
     }
 
     /// Whether features times features are the kernel, on all candidates.

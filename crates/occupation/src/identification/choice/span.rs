@@ -43,7 +43,7 @@ impl Span {
         if d != 1 {
             return None;
         }
-        let seen = row.arguments().iter().chain(candidates);
+        let seen = row.arguments().chain(candidates);
         let (low, high) =
             seen.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
         let chart = Chart { middle: 0.5 * (low + high), half: 0.5 * (high - low) };
@@ -195,7 +195,8 @@ mod tests {
     fn evidence_in_the_span_is_that_of_the_equations() {
         let windows: Vec<WeakWindow> = (0..8).map(|w| window(0.7 * f64::from(w))).collect();
         let row = WeakRow::new(&windows, 0, 0.01, None);
-        let span = Span::of(&row, row.arguments(), 1, 2).unwrap();
+        let seen: Vec<f64> = row.arguments().copied().collect();
+        let span = Span::of(&row, &seen, 1, 2).unwrap();
         let constant = kernel(Family::Polynomial(0), 1.0);
         for (kernel, tolerance) in [
             (kernel(Family::Gaussian, 1.5), 1e-3),
@@ -209,7 +210,7 @@ mod tests {
             let sizes = features.each_ref().map(|f| f.ncols());
             let found = spanned.posterior(&prior(sizes), 0.01).unwrap().log_evidence
                 - 0.5 * span.log_determinant;
-            let bases = kernels.map(|k| Basis::choose(k, row.arguments(), 1e-10, 160));
+            let bases = kernels.map(|k| Basis::choose(k, &seen, 1e-10, 160));
             let designs = [row.design(&bases[0], 0), row.design(&bases[1], 1)];
             let parts = [&designs[0], &designs[1]];
             let (dense, log_determinant) = row.normal(side_by_side(&parts), &[], 1.0).unwrap();
@@ -224,7 +225,8 @@ mod tests {
     fn what_is_too_narrow_is_not_of_the_span() {
         let windows = [window(0.0)];
         let row = WeakRow::new(&windows, 0, 0.01, None);
-        let span = Span::of(&row, row.arguments(), 1, 2).unwrap();
+        let seen: Vec<f64> = row.arguments().copied().collect();
+        let span = Span::of(&row, &seen, 1, 2).unwrap();
         assert!(span.features(&kernel(Family::Gaussian, 0.02), 1e-10, 160).is_none());
     }
 }

@@ -31,6 +31,9 @@ impl WithSimd for Integral<'_> {
         let Self { window, block, levels, columns, values, integrated } = self;
         let (times, order) = (window.motion.times(), window.order);
         let samples = times.len();
+        if columns == 0 {
+            return;
+        }
         // y, y', ..., y^(s-1) of the integrands.
         let mut state = vec![0.0; order * columns];
         for level in 0..levels {
@@ -92,6 +95,9 @@ impl WithSimd for Reflection<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { reduction, columns, rows } = self;
+        if columns == 0 {
+            return;
+        }
         let mut shares = vec![0.0; columns];
         for (first, v) in reduction.vectors().enumerate() {
             let rows = &mut rows[first * columns..];

@@ -29,8 +29,7 @@ pub(crate) struct WeakRow<'w> {
     ranges: Vec<Range<usize>>,
     /// Weighted and reduced measurements of all windows.
     right: Vec<f64>,
-    /// Arguments at the nodes of all windows, and at the middle nodes.
-    arguments: Vec<f64>,
+    /// Arguments at the middle nodes of all windows.
     middles: Vec<f64>,
 }
 
@@ -82,7 +81,6 @@ impl<'w> WeakRow<'w> {
         Self {
             ranges,
             right: windows.iter().flat_map(|w| &w.right).copied().collect(),
-            arguments: windows.iter().flat_map(|w| &w.window.arguments).copied().collect(),
             middles: windows.iter().flat_map(|w| w.window.middle_arguments()).collect(),
             windows,
         }
@@ -103,16 +101,26 @@ impl<'w> WeakRow<'w> {
         self.right.len()
     }
 
-    /// Arguments at the nodes of all windows, rows of d.
-    pub fn arguments(&self) -> &[f64] {
-        &self.arguments
+    /// Arguments at the nodes of all windows, one entry after the other.
+    pub fn arguments(&self) -> impl Iterator<Item = &f64> {
+        self.windows.iter().flat_map(|w| &w.window.arguments)
     }
 
     /// The design matrix of one block in the features of a basis.
     pub fn design(&self, basis: &Basis, block: usize) -> Mat<f64> {
-        // Kernel values become features last: there are fewer equations than nodes.
-        let values = basis.kernel_values(&self.arguments);
-        basis.to_features(self.integrated(&values, basis.rank(), block).transpose())
+        // Kernel values become features last: there are fewer equations than nodes. One window after the other, so that its
+        // nodes' values stay near the processor.
+        let columns = basis.rank();
+        let mut integrated = Mat::zeros(columns, self.right.len());
+        let (mut values, mut room) = (Vec::new(), Vec::new());
+        for (window, range) in self.windows.iter().zip(&self.ranges) {
+            basis.kernel_values(&window.window.arguments, &mut values);
+            let reduced = window.reduced(&values, columns, block, &mut room);
+            for (equation, row) in range.clone().zip(reduced.chunks_exact(columns.max(1))) {
+                integrated.col_as_slice_mut(equation).copy_from_slice(row);
+            }
+        }
+        basis.to_features(integrated.transpose())
     }
 
     /// Inner products for functions whose values at arguments are `values` (a row an argument), block after block, with errors of
@@ -151,26 +159,6 @@ impl<'w> WeakRow<'w> {
             log_determinant += own;
         }
         Ok((total, log_determinant))
-    }
-
-    /// Functions' values at the nodes of all windows (a row a node) times input `block`, integrated and reduced; a column an
-    /// equation.
-    pub fn integrated(&self, values: &[f64], columns: usize, block: usize) -> Mat<f64> {
-        let mut design = Mat::zeros(columns, self.right.len());
-        if columns == 0 {
-            return design;
-        }
-        let mut rest = values;
-        let mut room = Vec::new();
-        for (window, range) in self.windows.iter().zip(&self.ranges) {
-            let own;
-            (own, rest) = rest.split_at(window.window.nodes() * columns);
-            let reduced = window.reduced(own, columns, block, &mut room);
-            for (equation, row) in range.clone().zip(reduced.chunks_exact(columns)) {
-                design.col_as_slice_mut(equation).copy_from_slice(row);
-            }
-        }
-        design
     }
 
     /// What the landmarks of a basis leave of its kernel.
@@ -273,7 +261,8 @@ impl<'w> RowWindow<'w> {
         room.resize((integrated_rows + self.rows.len()) * columns, 0.0);
         let (integrated, measured) = room.split_at_mut(integrated_rows * columns);
         Integral { window, block, levels, columns, values, integrated }.work_out();
-        for (&(row, weight), to) in self.rows.iter().zip(measured.chunks_exact_mut(columns)) {
+        for (&(row, weight), to) in self.rows.iter().zip(measured.chunks_exact_mut(columns.max(1)))
+        {
             let from = &integrated[row * columns..(row + 1) * columns];
             to.iter_mut().zip(from).for_each(|(to, from)| *to = weight * from);
         }
