@@ -4,9 +4,10 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use crate::manipulator_realtime::Evaluator;
 use crate::{
     StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc,
-    manipulator_large, noise_sweep, speed,
+    manipulator_large, manipulator_realtime, noise_sweep, speed,
 };
 
 /// The studies of Lacuna. Statistics go to DIR/NAME.json, figures to DIR/figures.
@@ -77,6 +78,10 @@ enum Study {
     },
     /// Two-link manipulator regulated by computed torque: true against identified model.
     ManipulatorCtc {
+        /// Close the loop at 10 kHz with this evaluation of the identified models, and print how long the control law
+        /// takes; writes no results.
+        #[arg(long)]
+        evaluator: Option<Evaluator>,
         #[command(flatten)]
         common: Common,
     },
@@ -124,7 +129,10 @@ pub fn run() -> ExitCode {
         Study::ManipulatorLarge { trajectories, landmarks, common } => {
             manipulator_large::run(&trajectories, landmarks, &common)
         }
-        Study::ManipulatorCtc { common } => manipulator_ctc::run(&common),
+        Study::ManipulatorCtc { evaluator: None, common } => manipulator_ctc::run(&common),
+        Study::ManipulatorCtc { evaluator: Some(evaluator), common } => {
+            manipulator_realtime::run(evaluator, &common)
+        }
         Study::Speed { trials, trajectories, peer, seed } => {
             speed::run(&speed::Settings { trials, trajectories, peer, seed })
         }

@@ -14,6 +14,7 @@
 //! | Duffing with more noise | [`noise_sweep`] | the same against the noise |
 //! | manipulator | [`manipulator`] | relative errors of f, g1, g2 on 100 points |
 //! | manipulator under computed torque | [`manipulator_ctc`] | joint angles after 5 s and 10 s |
+//! | the same at 10 kHz | [`manipulator_realtime`] | how long the control law takes |
 //!
 //! Each study draws its data ([`duffing_data`], [`manipulator_data`]), identifies a model by each
 //! of the [`recipes`] (the paper's, and [`sindy`] in two forms), and writes statistics to `results/NAME.json` and figures to
@@ -32,6 +33,7 @@ pub mod manipulator;
 pub mod manipulator_ctc;
 pub mod manipulator_data;
 pub mod manipulator_large;
+pub mod manipulator_realtime;
 pub mod noise_sweep;
 pub mod output;
 pub mod progress;

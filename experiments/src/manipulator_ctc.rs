@@ -18,13 +18,13 @@ use crate::{StudyError, figures, output};
 /// Name of the study and of its results.
 pub const NAME: &str = "manipulator-ctc";
 /// Initial state: both angles (rad) and both velocities (rad/s).
-const INITIAL: [f64; 4] = [0.3; 4];
+pub(crate) const INITIAL: [f64; 4] = [0.3; 4];
 /// Gains Kp = 20 I (1/s^2) and Kv = 30 I (1/s).
-const GAINS: (f64, f64) = (20.0, 30.0);
+pub(crate) const GAINS: (f64, f64) = (20.0, 30.0);
 /// Samples a second at which the loop is recorded; it is integrated with the same step.
-const RATE: usize = 100;
+pub(crate) const RATE: usize = 100;
 /// Duration, seconds.
-const SECONDS: usize = 10;
+pub(crate) const SECONDS: usize = 10;
 
 /// What the study found.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -82,12 +82,17 @@ pub fn regulate_true() -> Result<ClosedLoop, StudyError> {
 /// # Errors
 /// [`StudyError::Control`] when the loop cannot be simulated.
 pub fn regulate_identified(model: &dyn Evaluate) -> Result<ClosedLoop, StudyError> {
-    regulate(&VelocityRows::new(2, 2, |x: &[f64], f: &mut [f64], g: &mut [f64]| {
+    regulate(&accelerations(model))
+}
+
+/// An identified first-order model of the arm, for the control law.
+pub(crate) fn accelerations(model: &dyn Evaluate) -> impl AccelerationModel {
+    VelocityRows::new(2, 2, |x: &[f64], f: &mut [f64], g: &mut [f64]| {
         if model.evaluate(x, f, g).is_err() {
             // The control law reports a model that is not finite.
             f.fill(f64::NAN);
         }
-    }))
+    })
 }
 
 fn regulate(model: &dyn AccelerationModel) -> Result<ClosedLoop, StudyError> {

@@ -1,8 +1,8 @@
 //! Ways to identify a model, side by side: each study is carried out with every recipe.
 
 use lacuna_occupation::{
-    Arguments, ExponentialDotProduct, FitError, Identification, Identified, InitialDerivative,
-    InputPath, Motion, Quadrature, Regression, TestFunction, TrajectoryData,
+    Arguments, ExponentialDotProduct, FitError, Identification, Identified, IdentifiedModel,
+    InitialDerivative, InputPath, Motion, Quadrature, Regression, TestFunction, TrajectoryData,
 };
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -70,6 +70,21 @@ impl Recipe {
             Self::Lacuna => Box::new(lacuna(data, order)?.model),
             Self::Sindyc => Box::new(sindyc(data, order)?),
             Self::Wsindy => Box::new(wsindy(data, order)?),
+        })
+    }
+
+    /// Identify `x' = f(x) + g(x) u` from states by occupation kernels; none for the recipes of sparse regression.
+    ///
+    /// # Errors
+    /// [`IdentificationError`] when the regression fails.
+    pub fn occupation_kernels(
+        self,
+        data: &[TrajectoryData],
+    ) -> Result<Option<IdentifiedModel>, IdentificationError> {
+        Ok(match self {
+            Self::Paper => Some(paper(1, PAPER_LAMBDA).fit(data)?),
+            Self::Lacuna => Some(lacuna(data, 1)?.model),
+            Self::Sindyc | Self::Wsindy => None,
         })
     }
 }
