@@ -36,15 +36,14 @@ impl Products<'_> {
         check_indices(what, factors.max(1), self.factors.iter().copied())
     }
 
+    /// Indices are within the tables; masked, they need no check, and the compiler knows that there is no panic.
     #[inline(always)]
-    fn fill(&self, factors: &[f64], products: &mut [f64]) {
+    fn fill<const SIZE: usize>(&self, factors: &[f64; MOST_FACTORS], products: &mut [f64; SIZE]) {
         let entries = self.parents.iter().zip(self.factors.iter()).enumerate().skip(1);
         for (k, (&parent, &factor)) in entries {
-            let parent = products.get(usize::from(parent)).copied().unwrap_or(f64::NAN);
-            let factor = factors.get(usize::from(factor)).copied().unwrap_or(f64::NAN);
-            if let Some(product) = products.get_mut(k) {
-                *product = parent * factor;
-            }
+            let parent = products[usize::from(parent) & (SIZE - 1)];
+            let factor = factors[usize::from(factor) & (MOST_FACTORS - 1)];
+            products[k & (SIZE - 1)] = parent * factor;
         }
     }
 }
@@ -103,27 +102,12 @@ impl Series<'_> {
         z: impl Iterator<Item = f64>,
         add: impl FnMut(u16, f64),
     ) {
-        // Room on the stack is cleared each time, so that it must not be larger than need be.
+        // Room on the stack is filled each time, so that it must not be larger than need be.
         match self.outer.parents.len().max(self.inner.parents.len()) {
-            0..=128 => self.add_within::<128>(lanes, z, add),
-            129..=512 => self.add_within::<512>(lanes, z, add),
-            _ => self.add_within::<MOST_PRODUCTS>(lanes, z, add),
+            0..=128 => lanes.dispatch(AddSeries::<_, _, 128> { series: self, z, add }),
+            129..=512 => lanes.dispatch(AddSeries::<_, _, 512> { series: self, z, add }),
+            _ => lanes.dispatch(AddSeries::<_, _, MOST_PRODUCTS> { series: self, z, add }),
         }
-    }
-
-    #[inline(always)]
-    fn add_within<const SIZE: usize>(
-        &self,
-        lanes: impl Dispatch,
-        z: impl Iterator<Item = f64>,
-        add: impl FnMut(u16, f64),
-    ) {
-        let mut factors = [0.0; MOST_FACTORS];
-        self.fill_factors(z, &mut factors);
-        let (mut outer, mut inner) = ([1.0; SIZE], [1.0; SIZE]);
-        self.outer.fill(&factors, &mut outer);
-        self.inner.fill(&factors, &mut inner);
-        lanes.dispatch(AddGroups { groups: &self.groups, outer: &outer, inner: &inner, add });
     }
 
     /// T_1(z), ..., T_D(z) for each argument: T_2k = 2 T_k^2 - 1 and T_2k+1 = 2 T_k T_k+1 - z, so that the longest chain
@@ -148,50 +132,61 @@ impl Series<'_> {
     }
 }
 
-struct AddGroups<'s, 'a, F> {
-    groups: &'s [Group<'a>],
-    outer: &'s [f64],
-    inner: &'s [f64],
+/// A series at z, with room for `SIZE` products (a power of two) in each table.
+struct AddSeries<'s, 'a, Z, F, const SIZE: usize> {
+    series: &'s Series<'a>,
+    z: Z,
     add: F,
 }
 
-impl<F: FnMut(u16, f64)> OnLanes for AddGroups<'_, '_, F> {
+impl<Z, F, const SIZE: usize> OnLanes for AddSeries<'_, '_, Z, F, SIZE>
+where
+    Z: Iterator<Item = f64>,
+    F: FnMut(u16, f64),
+{
     #[inline(always)]
-    fn run<L: Lanes>(mut self, lanes: L) {
-        for group in self.groups {
+    fn run<L: Lanes>(self, lanes: L) {
+        const { assert!(SIZE.is_power_of_two() && MOST_FACTORS.is_power_of_two()) };
+        let Self { series, z, mut add } = self;
+        let mut factors = [0.0; MOST_FACTORS];
+        series.fill_factors(z, &mut factors);
+        let (mut outer, mut inner) = ([1.0; SIZE], [1.0; SIZE]);
+        series.outer.fill(&factors, &mut outer);
+        series.inner.fill(&factors, &mut inner);
+        for group in series.groups.iter() {
             match group.entries.len() {
-                1 => self.group::<L, 1>(lanes, group),
-                2 => self.group::<L, 2>(lanes, group),
-                3 => self.group::<L, 3>(lanes, group),
-                4 => self.group::<L, 4>(lanes, group),
-                5 => self.group::<L, 5>(lanes, group),
-                MOST_ENTRIES => self.group::<L, MOST_ENTRIES>(lanes, group),
-                _ => {}
+                1 => add_group::<L, 1, SIZE>(lanes, group, &outer, &inner, &mut add),
+                2 => add_group::<L, 2, SIZE>(lanes, group, &outer, &inner, &mut add),
+                3 => add_group::<L, 3, SIZE>(lanes, group, &outer, &inner, &mut add),
+                4 => add_group::<L, 4, SIZE>(lanes, group, &outer, &inner, &mut add),
+                5 => add_group::<L, 5, SIZE>(lanes, group, &outer, &inner, &mut add),
+                _ => add_group::<L, MOST_ENTRIES, SIZE>(lanes, group, &outer, &inner, &mut add),
             }
         }
     }
 }
 
-impl<F: FnMut(u16, f64)> AddGroups<'_, '_, F> {
-    #[inline(always)]
-    fn group<L: Lanes, const E: usize>(&mut self, lanes: L, group: &Group<'_>) {
-        let inner = self.inner.as_chunks::<LANES>().0;
-        let coefficients = group.coefficients.as_chunks::<LANES>().0.as_chunks::<E>().0;
-        let mut sums = [lanes.splat(0.0); E];
-        for (&[i, j], coefficients) in group.blocks.iter().zip(coefficients) {
-            // What is checked at the start is there; a panic cannot be.
-            let (Some(&outer), Some(inner)) =
-                (self.outer.get(usize::from(i)), inner.get(usize::from(j)))
-            else {
-                return;
-            };
-            let products = lanes.mul(lanes.splat(outer), lanes.load(inner));
-            for (sum, coefficients) in sums.iter_mut().zip(coefficients) {
-                *sum = lanes.mul_add(products, lanes.load(coefficients), *sum);
-            }
+/// A group of E functions, at most [`MOST_ENTRIES`].
+#[inline(always)]
+fn add_group<L: Lanes, const E: usize, const SIZE: usize>(
+    lanes: L,
+    group: &Group<'_>,
+    outer: &[f64; SIZE],
+    inner: &[f64; SIZE],
+    add: &mut impl FnMut(u16, f64),
+) {
+    let inner = inner.as_chunks::<LANES>().0;
+    let coefficients = group.coefficients.as_chunks::<LANES>().0.as_chunks::<E>().0;
+    let mut sums = [lanes.splat(0.0); E];
+    for (&[i, j], coefficients) in group.blocks.iter().zip(coefficients) {
+        let outer = outer[usize::from(i) & (SIZE - 1)];
+        let Some(inner) = inner.get(usize::from(j)) else { return };
+        let products = lanes.mul(lanes.splat(outer), lanes.load(inner));
+        for (sum, coefficients) in sums.iter_mut().zip(coefficients) {
+            *sum = lanes.mul_add(products, lanes.load(coefficients), *sum);
         }
-        for (&entry, sum) in group.entries.iter().zip(sums) {
-            (self.add)(entry, lanes.sum(sum));
-        }
+    }
+    for (&entry, sum) in group.entries.iter().zip(sums) {
+        add(entry, lanes.sum(sum));
     }
 }

@@ -26,7 +26,7 @@ impl Sides {
             }
             (lower[argument], upper[argument]) = (low, high);
         }
-        let empty = |&i: &usize| !(lower[i] < upper[i]);
+        let empty = |&i: &usize| lower[i] >= upper[i];
         if let Some(i) = (0..given.len()).find(empty) {
             let name = &names.arguments[i];
             return Err(format!(
