@@ -81,6 +81,13 @@ pub(crate) fn check_indices(
     }
 }
 
-pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), TableError> {
-    if values.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(TableError::NotFinite { what }) }
+pub(crate) fn check_finite<'v>(
+    what: &'static str,
+    values: impl IntoIterator<Item = &'v f64>,
+) -> Result<(), TableError> {
+    if values.into_iter().all(|v| v.is_finite()) {
+        Ok(())
+    } else {
+        Err(TableError::NotFinite { what })
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{LengthError, TableError, check_count, check_length};
 use crate::lanes::{Detected, Dispatch};
-use crate::{LandmarkSum, MOST_ARGUMENTS, Series, Table};
+use crate::{LANES, LandmarkSum, MOST_ARGUMENTS, Series, Table};
 
 /// d arguments x, n functions f_i, n m functions g_ij.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -164,7 +164,7 @@ impl<'a> Evaluator<'a> {
     pub fn numbers(&self) -> usize {
         let groups = self.series.iter().flat_map(|series| series.groups.iter());
         let coefficients: usize = groups.map(|group| group.coefficients.len()).sum();
-        coefficients + self.sums.iter().map(|sum| sum.tiles.len()).sum::<usize>()
+        LANES * (coefficients + self.sums.iter().map(|sum| sum.tiles.len()).sum::<usize>())
     }
 }
 
@@ -172,7 +172,7 @@ impl<'a> Evaluator<'a> {
 mod tests {
     use super::*;
     use crate::lanes::Plain;
-    use crate::{Group, LANES, Products, Profile};
+    use crate::{Eight, Group, Products, Profile};
     use std::{vec, vec::Vec};
 
     /// Numbers in (-1, 1) that repeat.
@@ -217,7 +217,11 @@ mod tests {
                 *c = 0.0;
             }
         }
-        Group { entries: entries.into(), blocks: blocks.into(), coefficients: coefficients.into() }
+        Group {
+            entries: entries.into(),
+            blocks: blocks.into(),
+            coefficients: Eight::table(&coefficients).into(),
+        }
     }
 
     fn chebyshev(degree: u16, z: f64) -> f64 {
@@ -231,7 +235,7 @@ mod tests {
     /// The definition, term by term.
     fn add_series(series: &Series<'_>, x: &[f64], sums: &mut [f64]) {
         for group in series.groups.iter() {
-            let mut coefficients = group.coefficients.iter();
+            let mut coefficients = group.coefficients.iter().flat_map(|eight| eight.0);
             for &[i, block] in group.blocks.iter() {
                 for &entry in group.entries.iter() {
                     for lane in 0..8 {
@@ -251,16 +255,16 @@ mod tests {
             profile,
             centre: vec![0.5, 0.2, 1.0].into(),
             factors: vec![1.0, 2.0, 0.25].into(),
-            tiles: numbers(seed, 5 * LANES * (3 + entries.len())).into(),
+            tiles: Eight::table(&numbers(seed, 5 * LANES * (3 + entries.len()))).into(),
             entries: entries.into(),
         }
     }
 
     fn add_landmarks(sum: &LandmarkSum<'_>, x: &[f64], sums: &mut [f64]) {
         let y: Vec<f64> = (0..3).map(|i| (x[i] - sum.centre[i]) * sum.factors[i]).collect();
-        for tile in sum.tiles.chunks_exact(LANES * (3 + sum.entries.len())) {
+        for tile in sum.tiles.chunks_exact(3 + sum.entries.len()) {
             for lane in 0..LANES {
-                let p = |i: usize| tile[i * LANES + lane];
+                let p = |i: usize| tile[i].0[lane];
                 let product: f64 = (0..3).map(|i| y[i] * p(i)).sum();
                 let r = (0..3).map(|i| (y[i] - p(i)).powi(2)).sum::<f64>().sqrt();
                 let value = match sum.profile {
@@ -375,7 +379,7 @@ mod tests {
         wrong.blocks = vec![[0, 1]; 7].into();
         assert!(matches!(
             with(UPPER, Some(series(vec![wrong])), vec![]),
-            TableError::Length(LengthError { what: "coefficients", expected: 112, found: 128 })
+            TableError::Length(LengthError { what: "coefficients", expected: 14, found: 16 })
         ));
         let mut series = series(vec![]);
         series.outer.parents = vec![0, 0, 2, 0].into();
@@ -390,7 +394,7 @@ mod tests {
         ));
         sum.entries = vec![0].into();
         assert!(matches!(with(UPPER, None, vec![sum.clone()]), TableError::Length(_)));
-        sum.tiles = vec![f64::NAN; 32].into();
+        sum.tiles = vec![Eight([f64::NAN; 8]); 4].into();
         assert_eq!(with(UPPER, None, vec![sum]), TableError::NotFinite { what: "tiles" });
     }
 }

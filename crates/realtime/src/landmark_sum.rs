@@ -2,7 +2,7 @@
 
 use crate::error::{TableError, check_count, check_finite, check_indices, check_length};
 use crate::lanes::{Dispatch, Lanes, OnLanes};
-use crate::{LANES, Table};
+use crate::{Eight, Table};
 
 /// Most arguments of a model.
 pub const MOST_ARGUMENTS: usize = 64;
@@ -50,8 +50,9 @@ pub struct LandmarkSum<'a> {
     pub factors: Table<'a, f64>,
     /// The functions, at most [`MOST_SUMS`], as in [`crate::Group::entries`].
     pub entries: Table<'a, u16>,
-    /// Tiles of eight landmarks: their coordinates, d x 8, then their weights, entries x 8 (zero for what fills up).
-    pub tiles: Table<'a, f64>,
+    /// Tiles of eight landmarks: their coordinates, d eights, then their weights, an eight a function (zero for
+    /// what fills up).
+    pub tiles: Table<'a, Eight>,
 }
 
 impl LandmarkSum<'_> {
@@ -60,11 +61,11 @@ impl LandmarkSum<'_> {
         check_length("factors of arguments", arguments, self.factors.len())?;
         check_count("functions of a sum", MOST_SUMS, self.entries.len())?;
         check_indices("functions of a sum", functions, self.entries.iter().copied())?;
-        let tile = LANES * (arguments + self.entries.len());
+        let tile = arguments + self.entries.len();
         check_length("tiles", self.tiles.len().next_multiple_of(tile), self.tiles.len())?;
-        check_finite("centre", &self.centre)?;
-        check_finite("factors of arguments", &self.factors)?;
-        check_finite("tiles", &self.tiles)
+        check_finite("centre", self.centre.iter())?;
+        check_finite("factors of arguments", self.factors.iter())?;
+        check_finite("tiles", self.tiles.iter().flat_map(|eight| &eight.0))
     }
 
     /// Adds the sum at x to the functions.
@@ -116,18 +117,17 @@ impl<F: FnMut(u16, f64)> AddSum<'_, '_, F> {
     fn add<L: Lanes>(mut self, lanes: L, profile: impl Fn(L::V) -> L::V) {
         let radial = self.sum.profile.is_radial();
         let mut sums = [lanes.splat(0.0); MOST_SUMS];
-        let rows = self.sum.tiles.as_chunks::<LANES>().0;
-        for tile in rows.chunks_exact(self.y.len() + self.sum.entries.len()) {
+        for tile in self.sum.tiles.chunks_exact(self.y.len() + self.sum.entries.len()) {
             let mut s = lanes.splat(0.0);
             for (&y, coordinate) in self.y.iter().zip(tile) {
-                let (y, p) = (lanes.splat(y), lanes.load(coordinate));
+                let (y, p) = (lanes.splat(y), lanes.load(&coordinate.0));
                 let difference = lanes.sub(y, p);
                 let (a, b) = if radial { (difference, difference) } else { (y, p) };
                 s = lanes.mul_add(a, b, s);
             }
             let value = profile(s);
             for (sum, weights) in sums.iter_mut().zip(tile.iter().skip(self.y.len())) {
-                *sum = lanes.mul_add(value, lanes.load(weights), *sum);
+                *sum = lanes.mul_add(value, lanes.load(&weights.0), *sum);
             }
         }
         for (&entry, sum) in self.sum.entries.iter().zip(sums) {

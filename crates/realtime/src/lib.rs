@@ -26,7 +26,7 @@
 //! `no_std`; `std` (on by default) adds the choice of vector instructions at run time, `alloc` tables that are owned.
 //!
 //! ```
-//! use lacuna_realtime::{Evaluator, Group, Products, Region, Series, Shape, Table};
+//! use lacuna_realtime::{Eight, Evaluator, Group, Products, Region, Series, Shape, Table};
 //!
 //! // f(x) = 1 + 2 T_1(x) + 3 T_2(x) on [-1, 1], no inputs.
 //! static INNER: Products<'static> = Products {
@@ -40,7 +40,7 @@
 //!     groups: Table::Owned(vec![Group {
 //!         entries: Table::Borrowed(&[0]),
 //!         blocks: Table::Borrowed(&[[0, 0]]),
-//!         coefficients: Table::Borrowed(&[1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+//!         coefficients: Table::Borrowed(&[Eight([1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0])]),
 //!     }]),
 //! };
 //! let shape = Shape { arguments: 1, dimension: 1, inputs: 0 };
@@ -59,6 +59,7 @@ extern crate alloc;
 #[cfg(any(feature = "std", test))]
 extern crate std;
 
+mod eight;
 mod error;
 mod evaluator;
 mod landmark_sum;
@@ -66,6 +67,7 @@ mod lanes;
 mod series;
 mod table;
 
+pub use eight::Eight;
 pub use error::{LengthError, TableError};
 pub use evaluator::{Evaluator, Region, Shape};
 pub use landmark_sum::{LandmarkSum, MOST_ARGUMENTS, MOST_SUMS, Profile};

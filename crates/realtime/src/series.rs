@@ -2,7 +2,7 @@
 
 use crate::error::{TableError, check_count, check_finite, check_indices, check_length};
 use crate::lanes::{Dispatch, Lanes, OnLanes};
-use crate::{LANES, MOST_ENTRIES, Table};
+use crate::{Eight, LANES, MOST_ENTRIES, Table};
 
 /// Most values T_k(z_i), k >= 1, of all arguments together.
 pub const MOST_FACTORS: usize = 256;
@@ -55,8 +55,8 @@ pub struct Group<'a> {
     pub entries: Table<'a, u16>,
     /// An outer product, and the first of eight inner ones divided by eight, for each block.
     pub blocks: Table<'a, [u16; 2]>,
-    /// Blocks x entries x 8.
-    pub coefficients: Table<'a, f64>,
+    /// Blocks x entries.
+    pub coefficients: Table<'a, Eight>,
 }
 
 /// Chebyshev series of several functions.
@@ -87,9 +87,9 @@ impl Series<'_> {
             let (outer, inner) = (self.outer.parents.len(), inner / LANES);
             check_indices("blocks", outer, group.blocks.iter().map(|b| b[0]))?;
             check_indices("blocks", inner, group.blocks.iter().map(|b| b[1]))?;
-            let expected = group.blocks.len() * group.entries.len() * LANES;
+            let expected = group.blocks.len() * group.entries.len();
             check_length("coefficients", expected, group.coefficients.len())?;
-            check_finite("coefficients", &group.coefficients)?;
+            check_finite("coefficients", group.coefficients.iter().flat_map(|eight| &eight.0))?;
         }
         Ok(())
     }
@@ -150,21 +150,25 @@ where
         let Self { series, z, mut add } = self;
         let mut factors = [0.0; MOST_FACTORS];
         series.fill_factors(z, &mut factors);
-        let (mut outer, mut inner) = ([1.0; SIZE], [1.0; SIZE]);
+        let (mut outer, mut inner) = ([1.0; SIZE], Aligned([1.0; SIZE]));
         series.outer.fill(&factors, &mut outer);
-        series.inner.fill(&factors, &mut inner);
+        series.inner.fill(&factors, &mut inner.0);
         for group in series.groups.iter() {
             match group.entries.len() {
-                1 => add_group::<L, 1, SIZE>(lanes, group, &outer, &inner, &mut add),
-                2 => add_group::<L, 2, SIZE>(lanes, group, &outer, &inner, &mut add),
-                3 => add_group::<L, 3, SIZE>(lanes, group, &outer, &inner, &mut add),
-                4 => add_group::<L, 4, SIZE>(lanes, group, &outer, &inner, &mut add),
-                5 => add_group::<L, 5, SIZE>(lanes, group, &outer, &inner, &mut add),
-                _ => add_group::<L, MOST_ENTRIES, SIZE>(lanes, group, &outer, &inner, &mut add),
+                1 => add_group::<L, 1, SIZE>(lanes, group, &outer, &inner.0, &mut add),
+                2 => add_group::<L, 2, SIZE>(lanes, group, &outer, &inner.0, &mut add),
+                3 => add_group::<L, 3, SIZE>(lanes, group, &outer, &inner.0, &mut add),
+                4 => add_group::<L, 4, SIZE>(lanes, group, &outer, &inner.0, &mut add),
+                5 => add_group::<L, 5, SIZE>(lanes, group, &outer, &inner.0, &mut add),
+                _ => add_group::<L, MOST_ENTRIES, SIZE>(lanes, group, &outer, &inner.0, &mut add),
             }
         }
     }
 }
+
+/// As [`Eight`], so that no load needs two lines of the cache.
+#[repr(C, align(64))]
+struct Aligned<const SIZE: usize>([f64; SIZE]);
 
 /// A group of E functions, at most [`MOST_ENTRIES`].
 #[inline(always)]
@@ -176,14 +180,14 @@ fn add_group<L: Lanes, const E: usize, const SIZE: usize>(
     add: &mut impl FnMut(u16, f64),
 ) {
     let inner = inner.as_chunks::<LANES>().0;
-    let coefficients = group.coefficients.as_chunks::<LANES>().0.as_chunks::<E>().0;
+    let coefficients = group.coefficients.as_chunks::<E>().0;
     let mut sums = [lanes.splat(0.0); E];
     for (&[i, j], coefficients) in group.blocks.iter().zip(coefficients) {
         let outer = outer[usize::from(i) & (SIZE - 1)];
         let Some(inner) = inner.get(usize::from(j)) else { return };
         let products = lanes.mul(lanes.splat(outer), lanes.load(inner));
         for (sum, coefficients) in sums.iter_mut().zip(coefficients) {
-            *sum = lanes.mul_add(products, lanes.load(coefficients), *sum);
+            *sum = lanes.mul_add(products, lanes.load(&coefficients.0), *sum);
         }
     }
     for (&entry, sum) in group.entries.iter().zip(sums) {

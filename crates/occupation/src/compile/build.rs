@@ -1,6 +1,6 @@
 //! From a model to its evaluator.
 
-use lacuna_realtime::{Evaluator, MOST_ARGUMENTS, Series, Shape};
+use lacuna_realtime::{Evaluator, LANES, MOST_ARGUMENTS, Series, Shape};
 
 use super::domain::Purpose;
 use super::fit::Fit;
@@ -112,7 +112,7 @@ impl Work<'_> {
         }
         for sum in &landmarks {
             let entries = sum.entries.len();
-            let points = sum.tiles.len() / (self.domain.arguments() + entries);
+            let points = LANES * sum.tiles.len() / (self.domain.arguments() + entries);
             sum.entries.iter().for_each(|&e| coefficients[usize::from(e)] += points);
         }
         let series = (!pruned.is_empty()).then(|| self.series(layout, &pruned));

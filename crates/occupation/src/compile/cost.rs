@@ -27,7 +27,7 @@ pub(crate) fn landmarks(
 pub(crate) fn evaluator(evaluator: &Evaluator<'_>) -> usize {
     let of_sum = |sum: &LandmarkSum<'_>| {
         let (d, functions) = (sum.centre.len(), sum.entries.len());
-        landmarks(sum.profile, sum.tiles.len() / (d + functions), d, functions)
+        landmarks(sum.profile, LANES * sum.tiles.len() / (d + functions), d, functions)
     };
     let of_series = evaluator.series().map_or(0, |series| {
         let tables = series.outer.parents.len() + series.inner.parents.len();

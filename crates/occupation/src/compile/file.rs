@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use lacuna_realtime::{Evaluator, Group, LandmarkSum, Products, Profile, Series, Shape};
+use lacuna_realtime::{Eight, Evaluator, Group, LandmarkSum, Products, Profile, Series, Shape};
 use serde::{Deserialize, Serialize};
 
 use super::{CompileError, Compiled, Function};
@@ -162,7 +162,7 @@ impl SavedSeries {
         let group = |group: &Group<'_>| SavedGroup {
             entries: group.entries.to_vec(),
             blocks: group.blocks.to_vec(),
-            coefficients: group.coefficients.to_vec(),
+            coefficients: Eight::numbers(&group.coefficients),
         };
         Self {
             degrees: series.degrees.to_vec(),
@@ -176,7 +176,7 @@ impl SavedSeries {
         let group = |group: SavedGroup| Group {
             entries: group.entries.into(),
             blocks: group.blocks.into(),
-            coefficients: group.coefficients.into(),
+            coefficients: Eight::table(&group.coefficients).into(),
         };
         Series {
             degrees: self.degrees.into(),
@@ -212,7 +212,7 @@ impl SavedSum {
             centre: sum.centre.to_vec(),
             factors: sum.factors.to_vec(),
             entries: sum.entries.to_vec(),
-            tiles: sum.tiles.to_vec(),
+            tiles: Eight::numbers(&sum.tiles),
         }
     }
 
@@ -230,7 +230,7 @@ impl SavedSum {
             centre: self.centre.into(),
             factors: self.factors.into(),
             entries: self.entries.into(),
-            tiles: self.tiles.into(),
+            tiles: Eight::table(&self.tiles).into(),
         }
     }
 }

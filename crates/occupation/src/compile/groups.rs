@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use lacuna_realtime::{Group, MOST_ENTRIES};
+use lacuna_realtime::{Eight, Group, MOST_ENTRIES};
 
 use super::cost;
 use super::prune::Pruned;
@@ -41,10 +41,10 @@ fn best_merger(sets: &[(Vec<usize>, BTreeSet<[u16; 2]>)]) -> Option<(usize, usiz
 
 /// All that is known of its blocks, also of those which a function could do without: they cost nothing more.
 fn group(series: &[Pruned], members: &[usize], blocks: &BTreeSet<[u16; 2]>) -> Group<'static> {
-    let mut coefficients = Vec::with_capacity(blocks.len() * members.len() * 8);
+    let mut coefficients = Vec::with_capacity(blocks.len() * members.len());
     for at in blocks {
         for &member in members {
-            coefficients.extend(series[member].blocks.get(at).copied().unwrap_or_default());
+            coefficients.push(Eight(series[member].blocks.get(at).copied().unwrap_or_default()));
         }
     }
     let entries: Vec<u16> = members.iter().map(|&k| series[k].function as u16).collect();

@@ -1,6 +1,6 @@
 //! The model's own sums over landmarks, for the functions that no series stands for.
 
-use lacuna_realtime::{LANES, LandmarkSum, MOST_SUMS, Profile};
+use lacuna_realtime::{Eight, LANES, LandmarkSum, MOST_SUMS, Profile};
 
 use super::{Domain, cost};
 use crate::IdentifiedModel;
@@ -179,14 +179,14 @@ fn sum(
     let form = form(&saved.kernel, d);
     let mut tiles = Vec::new();
     for tile in kept.chunks(LANES) {
-        let lanes = |value: &dyn Fn(usize) -> f64| -> [f64; LANES] {
-            std::array::from_fn(|lane| tile.get(lane).map_or(0.0, |&k| value(k)))
+        let lanes = |value: &dyn Fn(usize) -> f64| {
+            Eight(std::array::from_fn(|lane| tile.get(lane).map_or(0.0, |&k| value(k))))
         };
         for i in 0..d {
-            tiles.extend(lanes(&|k| saved.points[k * d + i] * form.points[i]));
+            tiles.push(lanes(&|k| saved.points[k * d + i] * form.points[i]));
         }
         for &e in entries {
-            tiles.extend(lanes(&|k| saved.weights[e * points + k]));
+            tiles.push(lanes(&|k| saved.weights[e * points + k]));
         }
     }
     LandmarkSum {

@@ -130,7 +130,7 @@ static void add_series(const double *x, double *sums)
 fn landmark_sum(sum: &LandmarkSum<'_>, k: usize, d: usize) -> String {
     let entries = sum.entries.len();
     let rows = d + entries;
-    let tiles = sum.tiles.len() / (8 * rows);
+    let tiles = sum.tiles.len() / rows;
     let term = if sum.profile.is_radial() {
         "s += (y[j] - tile[j][i]) * (y[j] - tile[j][i])"
     } else {

@@ -1,6 +1,6 @@
 //! Tables as text; numbers are the shortest that are read back the same.
 
-use lacuna_realtime::LANES;
+use lacuna_realtime::Eight;
 
 /// Most characters of a line.
 const LINE: usize = 96;
@@ -35,11 +35,11 @@ pub(super) fn integers(values: &[u16], brackets: [&str; 2]) -> String {
 }
 
 /// Blocks of eight numbers, a line each.
-pub(super) fn eights(values: &[f64], brackets: [&str; 2]) -> String {
-    let row = |row: &[f64]| {
-        let numbers: Vec<String> = row.iter().map(|v| number(*v)).collect();
+pub(super) fn eights(values: &[Eight], brackets: [&str; 2]) -> String {
+    let row = |row: &Eight| {
+        let numbers: Vec<String> = row.0.iter().map(|v| number(*v)).collect();
         format!("    {}{}{},\n", brackets[0], numbers.join(", "), brackets[1])
     };
-    let rows: String = values.chunks(LANES).map(row).collect();
+    let rows: String = values.iter().map(row).collect();
     format!("{}\n{rows}{}", brackets[0], brackets[1])
 }

@@ -127,7 +127,7 @@ fn add_series(x: &[f64; {d}], sums: &mut [f64; {all}]) {{
 fn landmark_sum(sum: &LandmarkSum<'_>, k: usize, [d, all]: [usize; 2]) -> String {
     let entries = sum.entries.len();
     let rows = d + entries;
-    let tiles = sum.tiles.len() / (8 * rows);
+    let tiles = sum.tiles.len() / rows;
     let term = if sum.profile.is_radial() {
         "(y[j] - tile[j][i]) * (y[j] - tile[j][i])"
     } else {
