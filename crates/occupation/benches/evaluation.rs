@@ -57,7 +57,7 @@ fn points() -> Vec<[f64; 4]> {
     (0..64).map(|k| [part(k), part(5 * k), part(11 * k), part(23 * k)]).collect()
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 64)]
 fn direct(bencher: Bencher<'_, '_>) {
     let (mut f, mut g) = ([0.0; 4], [0.0; 8]);
     let mut points = points().into_iter().cycle();
@@ -67,7 +67,7 @@ fn direct(bencher: Bencher<'_, '_>) {
     });
 }
 
-#[divan::bench(args = [1e-3, 1e-6])]
+#[divan::bench(args = [1e-3, 1e-6], sample_size = 64)]
 fn compiled(bencher: Bencher<'_, '_>, tolerance: f64) {
     let domain = Domain::new(vec![-2.0; 4], vec![2.0; 4]).expect("a box");
     let compiled: Compiled = compile(&MODEL, &domain, tolerance).expect("a finite model");
