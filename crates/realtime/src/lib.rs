@@ -24,6 +24,8 @@
 //!
 //! An evaluation allocates nothing, takes no lock and does not panic; its time does not depend on x. The crate is
 //! `no_std`; `std` (on by default) adds the choice of vector instructions at run time, `alloc` tables that are owned.
+//! `cargo test -p lacuna-realtime --no-default-features --features alloc` tests the plain loops alone, and
+//! `cargo build -p lacuna-realtime --no-default-features` builds what a controller without an allocator takes.
 //!
 //! ```
 //! use lacuna_realtime::{Eight, Evaluator, Group, Products, Region, Series, Shape, Table};
