@@ -7,8 +7,9 @@ use experiments::recipes::Recipe;
 use experiments::statistics::OverTrials;
 use experiments::{
     duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc, manipulator_data,
-    noise_sweep,
+    manipulator_large, noise_sweep,
 };
+use lacuna_occupation::Limits;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -246,6 +247,42 @@ fn regulators_are_reproduced_and_meet_their_targets() {
             close("q(5 s), true model", found.true_model.q_5s[joint], 0.0105, 5e-5);
             close("q(10 s), true model", found.true_model.q_10s[joint], 0.0003, 5e-5);
             close("q(10 s), identified model", found.identified_model.q_10s[joint], 0.0, 0.02);
+        }
+    }
+}
+
+/// Of the committed fits of one size, that of low rank is as good as the dense one; the smallest is made again.
+#[test]
+fn fits_of_many_trajectories_are_reproduced() {
+    let expected: manipulator_large::Results = committed(manipulator_large::NAME);
+    let errors = |fit: &manipulator_large::Fit| {
+        let s = fit.errors;
+        [s.f.median, s.f.max, s.g1.median, s.g1.max, s.g2.median, s.g2.max]
+    };
+    let mut pairs = 0;
+    for dense in expected.fits.iter().filter(|fit| fit.landmarks.is_none()) {
+        let same = |fit: &&manipulator_large::Fit| {
+            fit.trajectories == dense.trajectories && fit.landmarks.is_some()
+        };
+        let low_rank = expected.fits.iter().find(same).expect("a fit of low rank of each size");
+        for (low_rank, dense) in errors(low_rank).into_iter().zip(errors(dense)) {
+            assert!(low_rank <= 1.1 * dense, "{low_rank} against {dense}");
+        }
+        pairs += 1;
+    }
+    assert!(pairs > 0, "no dense fit to compare with");
+    let largest = expected.fits.iter().max_by_key(|fit| fit.trajectories).unwrap();
+    assert!(largest.trajectories >= 100_000);
+
+    let limits = Limits { landmarks: expected.landmarks, ..Limits::default() };
+    for (found, dense) in expected.fits.iter().zip([true, false]) {
+        let limits = Limits { dense: if dense { limits.dense } else { 0 }, ..limits };
+        let (_, again) = manipulator_large::fit(found.trajectories, expected.seed, limits).unwrap();
+        assert_eq!(again.landmarks.is_none(), dense);
+        // Which landmark is taken first of two that are nearly equal depends on rounding.
+        let within = if dense { ROUNDING } else { 0.01 };
+        for (again, found) in errors(&again).into_iter().zip(errors(found)) {
+            close("manipulator-large", again, found, within * found);
         }
     }
 }
