@@ -87,7 +87,6 @@ pub mod regression;
 mod simd;
 pub mod test_function;
 pub mod trajectory;
-mod vector;
 pub mod whitening;
 
 pub use functional::Functional;

@@ -13,7 +13,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use super::family::ScaledKernel;
 use crate::kernel::{Kernel, KernelSpec};
 use crate::linear::Factor;
-use crate::vector::add_weighted_sums;
+use crate::simd::dot;
 
 /// The features of one kernel.
 #[derive(Debug, Clone)]
@@ -84,9 +84,8 @@ impl Basis {
         let total: f64 = if family.is_radial() { slopes.iter().sum() } else { 0.0 };
         for (i, entry) in gradient.iter_mut().enumerate() {
             let coordinates = &self.columns[i * rank..(i + 1) * rank];
-            let mut moment = [0.0];
-            add_weighted_sums(slopes, coordinates, &mut moment);
-            let sum = if family.is_radial() { total * scaled[i] - moment[0] } else { moment[0] };
+            let moment = dot(slopes, coordinates);
+            let sum = if family.is_radial() { total * scaled[i] - moment } else { moment };
             *entry += factor * sum / self.kernel.widths[i];
         }
     }

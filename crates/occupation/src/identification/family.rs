@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::kernel::{
-    ExponentialDotProduct, Gaussian, Kernel, KernelSpec, Matern, Polynomial, Smoothness,
+    ExponentialDotProduct, Gaussian, KernelSpec, Matern, Polynomial, Profile, Smoothness,
 };
-use crate::vector::{exp, map_dot_products, map_squared_distances};
+use crate::simd::slope_row;
 
 /// A kernel of scaled arguments xi_i = (x_i - c_i) / w_i; the widths w are what is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -47,24 +47,15 @@ impl Family {
     }
 
     /// Slopes h with dK/dxi = h (xi - eta) for radial kernels and h eta for the others; points stored coordinate by
-    /// coordinate as for [`Kernel::evaluate_row`].
+    /// coordinate as for [`crate::Kernel::evaluate_row`].
     pub(crate) fn slope_row(self, x: &[f64], points: &[f64], slopes: &mut [f64]) {
-        match self {
-            Self::Gaussian => {
-                map_squared_distances(x, points, &[1.0], slopes, |squared| -exp(-0.5 * squared));
-            }
-            Self::Matern => map_squared_distances(x, points, &[1.0], slopes, |squared| {
-                let r = (5.0 * squared).sqrt();
-                -5.0 / 3.0 * (1.0 + r) * exp(-r)
-            }),
-            Self::Exponential => map_dot_products(x, points, slopes, exp),
-            Self::Polynomial(0) => slopes.fill(0.0),
-            Self::Polynomial(degree) => {
-                Polynomial { degree: degree - 1, offset: 1.0, scale: 1.0 }
-                    .evaluate_row(x, points, slopes);
-                slopes.iter_mut().for_each(|slope| *slope *= f64::from(degree));
-            }
-        }
+        let profile = match self {
+            Self::Gaussian => Profile::Gaussian,
+            Self::Matern => Profile::MaternFiveHalves,
+            Self::Exponential => Profile::Exponential,
+            Self::Polynomial(degree) => Profile::Polynomial { degree, offset: 1.0 },
+        };
+        slope_row(profile, x, points, slopes);
     }
 }
 
@@ -110,6 +101,7 @@ impl ScaledKernel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::Kernel;
 
     #[test]
     fn slopes_are_the_derivatives_of_the_kernels() {

@@ -2,7 +2,7 @@
 
 use super::basis::Basis;
 use super::table::Table;
-use crate::vector::add_weighted_sums;
+use crate::simd::dot;
 
 /// Tables reach beyond the data by this share of their range.
 const BEYOND: f64 = 0.1;
@@ -73,9 +73,7 @@ impl Term {
     /// The sum over all landmarks; `values` holds their kernel values afterwards.
     fn sum(&self, x: &[f64], scaled: &mut [f64], values: &mut [f64]) -> f64 {
         self.basis.kernel_row(x, scaled, values);
-        let mut sum = [0.0];
-        add_weighted_sums(values, &self.weights, &mut sum);
-        sum[0]
+        dot(values, &self.weights)
     }
 }
 

@@ -22,7 +22,7 @@ mod row;
 
 pub(crate) use occupation::{LANES, Looks, MOST_ARGUMENTS, MOST_ROWS, OccupationSums};
 pub use profile::{Form, Profile};
-pub(crate) use row::kernel_row;
+pub(crate) use row::{kernel_row, slope_row};
 
 use std::sync::OnceLock;
 

@@ -56,6 +56,26 @@ impl Profile {
 /// A profile as a type.
 pub(crate) trait Shape: Copy {
     fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s;
+
+    /// h with dK/dxi = h (xi - eta) for squared distances, dK/dxi = h eta for inner products.
+    fn slope<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s;
+}
+
+/// The slope of a profile in its place.
+#[derive(Clone, Copy)]
+pub(super) struct SlopeOf<P>(pub P);
+
+impl<P: Shape> Shape for SlopeOf<P> {
+    #[inline(always)]
+    fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        self.0.slope(simd, s)
+    }
+
+    /// Second derivatives are not asked for.
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, _: S::f64s) -> S::f64s {
+        simd.splat_f64s(f64::NAN)
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -79,12 +99,23 @@ impl Shape for Gaussian {
     fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
         decay(simd, simd.mul_f64s(s, simd.splat_f64s(-0.5)))
     }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        simd.neg_f64s(self.of(simd, s))
+    }
 }
 
 impl Shape for MaternHalf {
     #[inline(always)]
     fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
         decay(simd, simd.neg_f64s(simd.sqrt_f64s(s)))
+    }
+
+    /// Infinite at the kernel's peak, which is a corner.
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        simd.div_f64s(simd.neg_f64s(self.of(simd, s)), simd.sqrt_f64s(s))
     }
 }
 
@@ -94,6 +125,12 @@ impl Shape for MaternThreeHalves {
         let r = simd.sqrt_f64s(simd.mul_f64s(s, simd.splat_f64s(3.0)));
         let polynomial = simd.add_f64s(simd.splat_f64s(1.0), r);
         simd.mul_f64s(polynomial, decay(simd, simd.neg_f64s(r)))
+    }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        let r = simd.sqrt_f64s(simd.mul_f64s(s, simd.splat_f64s(3.0)));
+        simd.mul_f64s(simd.splat_f64s(-3.0), decay(simd, simd.neg_f64s(r)))
     }
 }
 
@@ -106,12 +143,24 @@ impl Shape for MaternFiveHalves {
         let polynomial = simd.mul_add_e_f64s(r, third, one);
         simd.mul_f64s(polynomial, decay(simd, simd.neg_f64s(r)))
     }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        let r = simd.sqrt_f64s(simd.mul_f64s(s, simd.splat_f64s(5.0)));
+        let third = simd.splat_f64s(-5.0 / 3.0);
+        simd.mul_f64s(simd.mul_add_e_f64s(r, third, third), decay(simd, simd.neg_f64s(r)))
+    }
 }
 
 impl Shape for Exponential {
     #[inline(always)]
     fn of<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
         exponential(simd, s)
+    }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        self.of(simd, s)
     }
 }
 
@@ -130,5 +179,12 @@ impl Shape for Polynomial {
             degree >>= 1;
         }
         power
+    }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, s: S::f64s) -> S::f64s {
+        let factor = simd.splat_f64s(f64::from(self.degree));
+        let below = Self { degree: self.degree.saturating_sub(1), ..self };
+        simd.mul_f64s(factor, below.of(simd, s))
     }
 }

@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::profile::{Profile, Shape};
+use super::profile::{Profile, Shape, SlopeOf};
 use super::{WithProfile, widest};
 
 /// values\[k\] = profile(factor s_k) with s_k = sum_i ((x_i - p_ik) / w_i)^2 or sum_i x_i p_ik, for points stored
@@ -21,12 +21,19 @@ pub(crate) fn kernel_row(
     }
 }
 
+/// slopes\[k\] = h(s_k) with dK/dx = h (x - p_k) for squared distances and h p_k for inner products, without widths.
+pub(crate) fn slope_row(profile: Profile, x: &[f64], points: &[f64], slopes: &mut [f64]) {
+    profile.dispatch(Slopes(Row { factor: 1.0, x, points, values: slopes }));
+}
+
 struct Row<'a> {
     factor: f64,
     x: &'a [f64],
     points: &'a [f64],
     values: &'a mut [f64],
 }
+
+struct Slopes<'a>(Row<'a>);
 
 struct Scaled<'a> {
     row: Row<'a>,
@@ -39,6 +46,15 @@ impl WithProfile for Row<'_> {
     #[inline(always)]
     fn with_profile<P: Shape, const RADIAL: bool>(self, shape: P) {
         widest().dispatch(RowOf::<P, RADIAL, false> { row: self, widths: &[], shape });
+    }
+}
+
+impl WithProfile for Slopes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_profile<P: Shape, const RADIAL: bool>(self, shape: P) {
+        self.0.with_profile::<_, RADIAL>(SlopeOf(shape));
     }
 }
 

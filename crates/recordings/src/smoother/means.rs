@@ -77,7 +77,7 @@ impl Piece {
         let mut end = [0.0; MOST];
         for (k, end) in end.iter_mut().enumerate().take(order) {
             let of = |i: usize| {
-                let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
                 binomial(order - 1 + k - i, k - i) * sign * missing[i]
             };
             *end = (0..=k).map(of).sum();
