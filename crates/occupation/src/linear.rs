@@ -49,6 +49,23 @@ impl Factor {
         Ok(Self { lower: matrix })
     }
 
+    /// Factorises a matrix that is positive definite but for rounding: where it is not, the diagonal is raised by shares of
+    /// the trace, from that of rounding up. Reads the lower triangle alone.
+    pub fn of_nearly(matrix: Mat<f64>) -> Result<Self, NonPositivePivot> {
+        const SHARES: [f64; 4] = [1e-15, 1e-13, 1e-11, 1e-9];
+        let trace: f64 = (0..matrix.nrows()).map(|i| matrix[(i, i)]).sum();
+        let mut found = Self::of(matrix.clone());
+        for share in SHARES {
+            if found.is_ok() {
+                break;
+            }
+            let mut raised = matrix.clone();
+            (0..raised.nrows()).for_each(|i| raised[(i, i)] += share * trace);
+            found = Self::of(raised);
+        }
+        found
+    }
+
     /// C^-1 X in place of X.
     pub fn solve_lower(&self, right: &mut Mat<f64>) {
         solve_lower_triangular_in_place(self.lower.as_ref(), right.as_mut(), Par::Seq);

@@ -80,7 +80,8 @@ impl Normal {
             let unit = if i == j { 1.0 } else { 0.0 };
             unit + prior[i] * self.gram[(low, high)] * prior[j] / variance
         });
-        let factor = Factor::of(matrix)?;
+        // With noise as small as the numbers' rounding, that of the inner products is larger than the prior's identity.
+        let factor = Factor::of_nearly(matrix)?;
         let mut solved = Mat::from_fn(p, 1, |i, _| prior[i] * self.moment[i] / variance);
         factor.solve_lower(&mut solved);
         let explained: f64 = solved.col_as_slice(0).iter().map(|v| v * v).sum();

@@ -12,6 +12,8 @@ use crate::linear::NonPositivePivot;
 
 /// Fewest windows of a group that one thread works on; inner products are summed in the groups' order.
 const GROUP: usize = 8;
+/// Least noise, as a share of what the samples' own scatter says.
+const LEAST_NOISE: f64 = 1e-3;
 /// Most groups.
 const GROUPS: usize = 32;
 
@@ -37,13 +39,15 @@ fn fit_row(
 ) -> Result<(), IdentificationError> {
     let terms: Vec<&Term> = field.terms.iter().filter(|t| t.row == i).collect();
     let size: usize = terms.iter().map(|t| t.basis.rank()).sum();
+    // Kernels that follow the samples to rounding leave no noise to weigh by.
+    let noise_sd = choice.noise_sd.max(LEAST_NOISE * data.channels[i].noise_sd);
     let group = |windows: &[WeakWindow]| {
         let row = data.row(windows, i);
         let parts: Vec<_> = terms.iter().map(|t| row.design(&t.basis, t.block)).collect();
         let remainders: Vec<_> = terms.iter().map(|t| row.remainders(&t.basis, t.block)).collect();
         let remainders: Vec<_> = terms.iter().map(|t| t.amplitude).zip(&remainders).collect();
         let design = side_by_side(&parts.iter().collect::<Vec<_>>());
-        Ok(row.normal(design, &remainders, choice.noise_sd)?.0)
+        Ok(row.normal(design, &remainders, noise_sd)?.0)
     };
     let size_of_group = GROUP.max(windows.len() / GROUPS);
     let groups: Result<Vec<Normal>, NonPositivePivot> =
