@@ -4,9 +4,9 @@
 use clap::ValueEnum;
 use lacuna_control::{ClosedLoop, ComputedTorque, Gains, Origin, Timing, closed_loop};
 use lacuna_occupation::IdentifiedModel;
-use lacuna_occupation::compile::{Domain, compile};
+use lacuna_occupation::compile::{Compiled, Domain, compile};
 use lacuna_plants::TwoLinkArm;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::StudyError;
 use crate::cli::Common;
@@ -71,14 +71,43 @@ pub fn regulate(model: &dyn Evaluate) -> Result<(ClosedLoop, Latency), StudyErro
     let times: Vec<f64> = (0..=RATE * SECONDS).map(|k| period * k as f64).collect();
     let held = Timing::Held { period };
     let run = closed_loop(&TwoLinkArm::default(), &law, &INITIAL, &times, period, held)?;
-    let mut durations = Vec::with_capacity(times.len());
     let mut u = [0.0; 2];
-    for (k, &t) in times.iter().enumerate() {
+    let latency = paced(times.len(), |k| law.input(times[k], run.trajectory.state(k), &mut u))?;
+    Ok((run, latency))
+}
+
+/// Times something once in every control period, as a loop on a machine of its own would: waiting without sleeping.
+fn paced<E>(count: usize, mut work: impl FnMut(usize) -> Result<(), E>) -> Result<Latency, E> {
+    let period = Duration::from_secs(1) / RATE as u32;
+    let mut durations = Vec::with_capacity(count);
+    let begin = Instant::now();
+    for k in 0..count {
+        while begin.elapsed() < period * k as u32 {
+            std::hint::spin_loop();
+        }
         let start = Instant::now();
-        law.input(t, run.trajectory.state(k), &mut u)?;
+        work(k)?;
         durations.push(1e6 * start.elapsed().as_secs_f64());
     }
-    Ok((run, Latency::of(durations)))
+    Ok(Latency::of(durations))
+}
+
+/// The same of a plain sum over so many numbers: what the machine alone makes of reading them once a period.
+fn reading(count: usize, numbers: usize) -> Latency {
+    let table: Vec<f64> = (0..numbers).map(|k| k as f64).collect();
+    let work = |_| {
+        // Eight sums side by side, so that memory is what takes time.
+        let mut sums = [0.0; 8];
+        for eight in std::hint::black_box(&table).as_chunks::<8>().0 {
+            sums.iter_mut().zip(eight).for_each(|(sum, value)| *sum += value);
+        }
+        std::hint::black_box(sums);
+        Ok::<(), std::convert::Infallible>(())
+    };
+    match paced(count, work) {
+        Ok(latency) => latency,
+        Err(never) => match never {},
+    }
 }
 
 /// Identify the arm by the recipes of occupation kernels, close the loops and print what came of it.
@@ -101,9 +130,15 @@ pub fn run(evaluator: Evaluator, common: &Common) -> Result<(), StudyError> {
     );
     for recipe in Recipe::ALL {
         let Some(model) = recipe.occupation_kernels(&data)? else { continue };
-        let (run, l) = match evaluator {
-            Evaluator::Direct => regulate(&model)?,
-            Evaluator::Compiled => regulate(&compiled(&model)?)?,
+        let ((run, l), numbers) = match evaluator {
+            Evaluator::Direct => {
+                let columns = model.arguments() + model.inputs() + 1;
+                (regulate(&model)?, model.points() * columns)
+            }
+            Evaluator::Compiled => {
+                let compiled = compiled(&model)?;
+                (regulate(&compiled)?, compiled.evaluator().numbers())
+            }
         };
         let end = run.trajectory.state(RATE * SECONDS);
         let name = match evaluator {
@@ -121,11 +156,16 @@ pub fn run(evaluator: Evaluator, common: &Common) -> Result<(), StudyError> {
             l.p999,
             l.largest
         );
+        let l = reading(l.evaluations, numbers);
+        println!(
+            "{:<40} {:>11} {:>7.2} {:>7.2} {:>7.2} {:>8.1}",
+            "  a sum over as many numbers", l.evaluations, l.p50, l.p99, l.p999, l.largest
+        );
     }
     Ok(())
 }
 
-fn compiled(model: &IdentifiedModel) -> Result<impl Evaluate, StudyError> {
+fn compiled(model: &IdentifiedModel) -> Result<Compiled, StudyError> {
     let sides = vec![HALF_SIDE; model.arguments()];
     let domain = Domain::new(sides.iter().map(|s| -s).collect(), sides)?;
     Ok(compile(model, &domain, TOLERANCE)?)
