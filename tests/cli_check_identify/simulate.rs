@@ -170,7 +170,7 @@ fn what_cannot_be_run_is_refused() {
         ("half.json", "run1.csv", ["half.json", "no model that `lacuna identify` wrote"]),
         ("list.json", "run1.csv", ["list.json:1", "unclosed table"]),
         ("unnamed.json", "run1.csv", ["unnamed.json", "does not name its columns"]),
-        ("old.json", "run1.csv", ["old.json", "expected version 2"]),
+        ("old.json", "run1.csv", ["old.json", "expected version 3"]),
         ("third.json", "run1.csv", ["third.json", "found order 3"]),
         ("renamed.json", "run1.csv", ["renamed.json", "expected 1 values, found 2"]),
         ("explosive.json", "run1.csv", ["explosive.json: the model diverges", "shorter --horizon"]),
