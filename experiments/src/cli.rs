@@ -71,8 +71,8 @@ enum Study {
         #[arg(long, value_delimiter = ',', default_values_t = [1000, 2000, 10_000, 100_000])]
         trajectories: Vec<usize>,
         /// Most landmarks.
-        #[arg(long, default_value_t = 1000)]
-        landmarks: usize,
+        #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
+        landmarks: u64,
         #[command(flatten)]
         common: Common,
     },
@@ -127,7 +127,7 @@ pub fn run() -> ExitCode {
         Study::NoiseSweep { trials, common } => noise_sweep::run(trials, &common),
         Study::Manipulator { noise, common } => manipulator::run(noise, &common),
         Study::ManipulatorLarge { trajectories, landmarks, common } => {
-            manipulator_large::run(&trajectories, landmarks, &common)
+            manipulator_large::run(&trajectories, landmarks as usize, &common)
         }
         Study::ManipulatorCtc { evaluator: None, common } => manipulator_ctc::run(&common),
         Study::ManipulatorCtc { evaluator: Some(evaluator), common } => {

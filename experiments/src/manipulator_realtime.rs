@@ -115,8 +115,13 @@ fn reading(count: usize, numbers: usize) -> Latency {
 /// # Errors
 /// [`StudyError`] when identification, compilation or control fails.
 pub fn run(evaluator: Evaluator, common: &Common) -> Result<(), StudyError> {
+    let say = |line: String| {
+        if !common.quiet {
+            println!("{line}");
+        }
+    };
     let data = trajectories(common.seed, 0.0)?;
-    println!(
+    say(format!(
         "{:<8} {:<9} {:>9} {:>9} {:>11} {:>7} {:>7} {:>7} {:>8}  of the law, us",
         "recipe",
         "evaluator",
@@ -127,7 +132,7 @@ pub fn run(evaluator: Evaluator, common: &Common) -> Result<(), StudyError> {
         "p99",
         "p99.9",
         "largest"
-    );
+    ));
     for recipe in Recipe::ALL {
         let Some(model) = recipe.occupation_kernels(&data)? else { continue };
         let ((run, l), numbers) = match evaluator {
@@ -145,7 +150,7 @@ pub fn run(evaluator: Evaluator, common: &Common) -> Result<(), StudyError> {
             Evaluator::Direct => "direct",
             Evaluator::Compiled => "compiled",
         };
-        println!(
+        say(format!(
             "{:<8} {name:<9} {:>9.5} {:>9.5} {:>11} {:>7.2} {:>7.2} {:>7.2} {:>8.1}",
             recipe.name(),
             end[0],
@@ -155,12 +160,12 @@ pub fn run(evaluator: Evaluator, common: &Common) -> Result<(), StudyError> {
             l.p99,
             l.p999,
             l.largest
-        );
+        ));
         let l = reading(l.evaluations, numbers);
-        println!(
+        say(format!(
             "{:<40} {:>11} {:>7.2} {:>7.2} {:>7.2} {:>8.1}",
             "  a sum over as many numbers", l.evaluations, l.p50, l.p99, l.p999, l.largest
-        );
+        ));
     }
     Ok(())
 }

@@ -49,7 +49,7 @@ fn the_text_says_what_was_done() {
     let bench = identified(&["--kernel", "polynomial"]);
     let text = stdout(&bench.lacuna(&["compile", MODEL_JSON, "--out", "small.json"]));
     for part in [
-        "relative error of 1e-6",
+        "(asked for: 1e-6)",
         "x from",
         "range of the data",
         "g_x_u",

@@ -107,7 +107,9 @@ fn least_norm(t: f64, g: DMatrix<f64>, a: DVector<f64>) -> Result<DVector<f64>, 
     let qr = g.transpose().col_piv_qr();
     let r = qr.r();
     let diagonal = |i: usize| r[(i, i)].abs();
-    if diagonal(r.nrows() - 1) <= DOUBTFUL * diagonal(0) {
+    // Also where squares overflow and nothing can be compared.
+    let full_rank = diagonal(r.nrows() - 1) > DOUBTFUL * diagonal(0);
+    if !full_rank {
         return least_norm_by_singular_values(t, g, a);
     }
     // g^T P = Q R, so g u = a is R^T Q^T u = P^T a.

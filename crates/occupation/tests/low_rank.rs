@@ -121,3 +121,22 @@ fn bad_trajectories_are_named() {
     let error = regression.fit_streamed(0, trajectory, LOW_RANK).unwrap_err();
     assert!(matches!(error, StreamError::Fit(FitError::NoTrajectory)));
 }
+
+/// One long recording has as many candidates as many short ones; a kernel that overflows has none.
+#[test]
+fn few_long_trajectories_have_landmarks_too() {
+    let long = |_: usize| {
+        let parts: Vec<TrajectoryData> = (0..40).map(|k| trajectory(k).unwrap()).collect();
+        let states: Vec<f64> = parts.iter().flat_map(|p| p.arguments()).copied().collect();
+        let inputs: Vec<f64> = parts.iter().flat_map(|p| p.inputs()).copied().collect();
+        let times = (0..inputs.len()).map(|k| 0.05 * k as f64).collect();
+        TrajectoryData::new(times, states.clone(), inputs, states)
+    };
+    let [_, _, regression] = regressions();
+    let fitted = regression.fit_streamed(1, long, LOW_RANK).unwrap();
+    let Way::LowRank(way) = fitted.way else { panic!("{}", fitted.way) };
+    assert!(way.landmarks > 20 && way.functionals > 150, "{}", fitted.way);
+    let kernel = ExponentialDotProduct { mu: 1e-4 }.into();
+    let error = Regression { kernel, ..regression }.fit_streamed(1, long, LOW_RANK).unwrap_err();
+    assert!(matches!(error, StreamError::Fit(FitError::NoLandmark)), "{error}");
+}

@@ -58,13 +58,13 @@ impl<'a> Evaluator<'a> {
         sums: Table<'a, LandmarkSum<'a>>,
     ) -> Result<Self, TableError> {
         check_count("arguments", MOST_ARGUMENTS, shape.arguments)?;
-        let functions = shape.dimension.saturating_mul(1 + shape.inputs);
+        let functions = shape.dimension.saturating_mul(shape.inputs.saturating_add(1));
         check_count("functions", usize::from(u16::MAX), functions)?;
         check_length("lower ends of the box", shape.arguments, lower.len())?;
         check_length("upper ends of the box", shape.arguments, upper.len())?;
         let sides = lower.iter().copied().zip(upper.iter().copied()).enumerate();
         for (argument, (lower, upper)) in sides {
-            if !(lower.is_finite() && upper.is_finite() && lower < upper) {
+            if !((upper - lower).is_finite() && lower < upper) {
                 return Err(TableError::Box { argument, lower, upper });
             }
         }

@@ -54,7 +54,7 @@ impl Domain {
             return Err(CompileError::Sides { expected, found });
         }
         for (argument, (&lower, &upper)) in lower.iter().zip(&upper).enumerate() {
-            if !(lower.is_finite() && upper.is_finite() && lower < upper) {
+            if !((upper - lower).is_finite() && lower < upper) {
                 return Err(CompileError::Empty { argument, lower, upper });
             }
         }

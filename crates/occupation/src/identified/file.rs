@@ -103,10 +103,10 @@ fn restore_occupation(
     saved.kernel.validate(d)?;
     let samples = saved.functionals.len();
     let lengths = [
-        ("lengths", samples, saved.lengths.iter().sum()),
-        ("points", samples * d, saved.points.len()),
-        ("inputs", samples * m, saved.inputs.len()),
-        ("weights", saved.lengths.len() * n, saved.weights.len()),
+        ("lengths", samples, saved.lengths.iter().fold(0, |sum: usize, l| sum.saturating_add(*l))),
+        ("points", samples.saturating_mul(d), saved.points.len()),
+        ("inputs", samples.saturating_mul(m), saved.inputs.len()),
+        ("weights", saved.lengths.len().saturating_mul(n), saved.weights.len()),
     ];
     if let Some((what, expected, found)) = lengths.into_iter().find(|(_, e, f)| e != f) {
         return Err(SavedModelError::Length { what, expected, found });

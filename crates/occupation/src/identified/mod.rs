@@ -196,7 +196,10 @@ impl IdentifiedModel {
     pub(crate) fn expansions(&self) -> Cow<'_, [Expansion]> {
         match &self.occupation {
             None => Cow::Borrowed(&self.expansions),
-            Some(sum) => Cow::Owned(vec![sum.folded(self.dimension)]),
+            Some(sum) => {
+                let folded = std::iter::once(sum.folded(self.dimension));
+                Cow::Owned(self.expansions.iter().cloned().chain(folded).collect())
+            }
         }
     }
 

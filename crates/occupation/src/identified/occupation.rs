@@ -6,10 +6,7 @@ use super::Expansion;
 use crate::functional::Functional;
 use crate::kernel::{Kernel, KernelSpec};
 use crate::occupation_kernels::OccupationKernels;
-use crate::simd::{LANES, MOST_ARGUMENTS, MOST_ROWS, OccupationSums};
-
-/// Most entries of \[f g\]: their sums stand on the stack.
-const MOST_ENTRIES: usize = 64;
+use crate::simd::{LANES, MOST_ARGUMENTS, MOST_ENTRIES, MOST_ROWS, OccupationSums};
 
 /// \[f g\](x) = sum_a W_a Gamma_a(x)^T as the file holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,7 +36,9 @@ pub(crate) struct OccupationExpansion {
 impl OccupationExpansion {
     /// Of d arguments, m inputs and n coordinates; none for a kernel without vectorised sums or too many entries.
     pub fn new(saved: SavedOccupation, [d, m, n]: [usize; 3]) -> Option<Self> {
-        let small = n * (m + 1) <= MOST_ENTRIES && n <= MOST_ROWS && d <= MOST_ARGUMENTS;
+        let small = n.saturating_mul(m.saturating_add(1)) <= MOST_ENTRIES
+            && n <= MOST_ROWS
+            && d <= MOST_ARGUMENTS;
         let form = saved.kernel.form(d).filter(|_| small)?;
         let mut occupation = OccupationKernels::new(d, m);
         let mut first = 0;

@@ -59,6 +59,12 @@ pub enum FitError {
     /// The noise covariance of the right-hand sides cannot be formed.
     #[error(transparent)]
     Whitening(#[from] WhiteningError),
+    /// No landmark: the kernel is zero on all data, or overflows there.
+    #[error(
+        "no landmark can be taken: the kernel is zero on the data or overflows there (its scale does not suit them), or \
+         none is allowed"
+    )]
+    NoLandmark,
     /// Rounding made the regularised Gram matrix indefinite.
     #[error(
         "G + lambda I is not positive definite at pivot {index} with lambda = {lambda:e}: a larger lambda is needed"

@@ -20,7 +20,9 @@ mod occupation;
 mod profile;
 mod row;
 
-pub(crate) use occupation::{LANES, Looks, MOST_ARGUMENTS, MOST_ROWS, OccupationSums};
+pub(crate) use occupation::{
+    LANES, Looks, MOST_ARGUMENTS, MOST_ENTRIES, MOST_ROWS, OccupationSums,
+};
 pub use profile::{Form, Profile};
 pub(crate) use row::{kernel_row, slope_row};
 
@@ -29,7 +31,7 @@ use std::sync::OnceLock;
 use pulp::{Arch, Simd, WithSimd};
 
 /// The widest vectors of this processor, or narrower ones where the environment variable LACUNA_VECTORS says `plain` or
-/// `avx2`: so that one machine gives the results of another, to the last bit.
+/// `avx2`. It is for kernel sums alone: the library of linear algebra chooses by itself.
 pub(crate) fn widest() -> Arch {
     static CHOSEN: OnceLock<Arch> = OnceLock::new();
     *CHOSEN.get_or_init(|| match std::env::var("LACUNA_VECTORS").as_deref() {

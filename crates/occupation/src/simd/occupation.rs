@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Eight functionals stand side by side in the lanes of vectors, their samples one after the other: sums stay in
-//! registers and nothing is added across lanes. A shorter functional is filled up with samples of no weight.
+//! registers; lanes are added last, in their order. A shorter functional is filled up with samples of no weight.
 
 use std::ops::Range;
 use std::slice::ChunksExact;
@@ -20,8 +20,9 @@ use super::{WithProfile, widest};
 pub(crate) const LANES: usize = 8;
 /// Most sums of a functional that stand in registers.
 const MOST: usize = 8;
-/// Most rows of a contraction.
+/// Most rows of a contraction, and most rows times columns: they stand on the stack.
 pub(crate) const MOST_ROWS: usize = 16;
+pub(crate) const MOST_ENTRIES: usize = 64;
 /// Most arguments of a contraction: they stand on the stack.
 pub(crate) const MOST_ARGUMENTS: usize = 64;
 
@@ -236,6 +237,8 @@ impl Contraction<'_> {
         let x = if D > 0 { &self.x[..D] } else { self.x };
         let columns = if C > 0 { C } else { self.sums.columns };
         let n = self.entries.len() / columns;
+        let mut room = [[0.0; LANES]; MOST_ENTRIES];
+        let lanes = &mut room[..self.entries.len()];
         let blocks = self.sums.blocks.iter().zip(self.weights.chunks_exact(n));
         for from in (0..columns).step_by(MOST) {
             let part = from..columns.min(from + MOST);
@@ -253,12 +256,16 @@ impl Contraction<'_> {
                         }
                     }
                 }
-                for (total, entries) in totals.iter().zip(self.entries.chunks_exact_mut(columns)) {
+                for (total, row) in totals.iter().zip(lanes.chunks_exact_mut(columns)) {
                     for (&total, j) in total.iter().zip(part.clone()) {
-                        entries[j] += simd.reduce_sum_f64s(total);
+                        let to = &mut row[j][lane..lane + S::F64_LANES];
+                        S::as_mut_simd_f64s(to).0[0] = total;
                     }
                 }
             }
+        }
+        for (entry, lanes) in self.entries.iter_mut().zip(lanes) {
+            *entry = lanes.iter().sum();
         }
     }
 }

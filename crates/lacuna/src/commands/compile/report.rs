@@ -77,7 +77,10 @@ impl Report {
     }
 
     pub fn print(&self) {
-        println!("{} compiled to a relative error of {:e} on the box", self.model, self.tolerance);
+        println!(
+            "{} compiled on the box: relative error {:.1e} (asked for: {:e})",
+            self.model, self.relative_error, self.tolerance
+        );
         for side in &self.sides {
             let from = if side.given { "" } else { "  (range of the data)" };
             println!("  {} from {:.6} to {:.6}{from}", side.argument, side.lower, side.upper);

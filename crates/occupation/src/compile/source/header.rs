@@ -62,7 +62,9 @@ pub(super) fn lines(compiled: &Compiled, mechanism: &Result<usize, String>) -> V
         }
         Err(why) => format!("No M and c for computed torque: {why}."),
     });
-    lines
+    // Names come from files: a line break in one would end the comment.
+    let control = |c: char| if c.is_control() { ' ' } else { c };
+    lines.iter().map(|line| line.chars().map(control).collect()).collect()
 }
 
 fn equation(order: usize) -> &'static str {

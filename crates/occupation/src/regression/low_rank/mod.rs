@@ -7,7 +7,7 @@
 //!
 //! which is (G + lambda I) W = Y with F F^T in place of G (C = F^T W; with whitening, rows of F and Y are whitened first).
 //! Landmarks z are taken one by one from samples of the trajectories where the kernel is worst represented (pivoted
-//! Cholesky: S. Fine, K. Scheinberg, JMLR 2001). Trajectories are asked for one by one, twice at most, and forgotten.
+//! Cholesky: S. Fine, K. Scheinberg, JMLR 2001). Trajectories are asked for one by one, a few times each, and forgotten.
 //!
 //! | on paper | in code | shape |
 //! | --- | --- | --- |
@@ -34,9 +34,9 @@ use crate::whitening::BandedCholesky;
 use landmarks::Landmarks;
 use normal::{Normal, Rows};
 
-/// Trajectories and samples of each from which landmarks are taken.
+/// Most trajectories from which landmarks are taken, and about how many samples of them all.
 const CANDIDATE_TRAJECTORIES: usize = 2000;
-const CANDIDATES_EACH: usize = 2;
+const CANDIDATES: usize = 4000;
 /// Trajectories that one thread turns into rows, and such groups at a time.
 const GROUP: usize = 128;
 const GROUPS: usize = 16;
@@ -145,19 +145,40 @@ impl Regression {
         let first = get(0)?;
         self.validate(&first)?;
         check_lambda(self.lambda)?;
-        let functionals = count * self.weak_trajectory(0, &first)?.noise.len();
-        if functionals <= limits.dense {
-            let all: Result<Vec<TrajectoryData>, _> = (0..count).map(get).collect();
-            let model = self.fit(&all?)?;
+        if let Some((all, functionals)) = self.few(count, &get, limits.dense)? {
+            let model = self.fit(&all)?;
             return Ok(Fitted { model, way: Way::Dense { functionals } });
         }
         let candidates = candidates(count, &first, &get)?;
         let d = first.argument_count();
         let landmarks = Landmarks::choose(&self.kernel, d, &candidates, limits);
+        if landmarks.rank() == 0 {
+            return Err(FitError::NoLandmark.into());
+        }
         let normal = self.normal(count, &first, &get, &landmarks)?;
         let shape = [first.dimension(), first.input_count(), d];
-        let (model, way) = normal.solve(self, &landmarks, shape, &candidates, functionals)?;
+        let (model, way) = normal.solve(self, &landmarks, shape, &candidates)?;
         Ok(Fitted { model, way })
+    }
+
+    /// All trajectories with their number of functionals, while those are at most `most`.
+    fn few<E>(
+        &self,
+        count: usize,
+        get: &impl Fn(usize) -> Result<TrajectoryData, StreamError<E>>,
+        most: usize,
+    ) -> Result<Option<(Vec<TrajectoryData>, usize)>, StreamError<E>> {
+        let (mut all, mut functionals) = (Vec::new(), 0);
+        // Every trajectory has a functional.
+        for k in 0..if count <= most { count } else { 0 } {
+            let data = get(k)?;
+            functionals += self.weak_trajectory(k, &data)?.noise.len();
+            if functionals > most {
+                return Ok(None);
+            }
+            all.push(data);
+        }
+        Ok((all.len() == count).then_some((all, functionals)))
     }
 
     /// F^T F and F^T Y of all trajectories.
@@ -222,12 +243,13 @@ fn candidates<E>(
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let d = first.argument_count();
     let share = CANDIDATE_TRAJECTORIES as f64 / count as f64;
+    let each = CANDIDATES.div_ceil(count.min(CANDIDATE_TRAJECTORIES));
     let mut candidates = Vec::new();
     let mut place = 0.0;
     for k in (0..count).filter(|&k| (k as f64 * GOLDEN).fract() < share) {
         let data = get(k)?;
         check_shape(first, &data, k)?;
-        for _ in 0..CANDIDATES_EACH {
+        for _ in 0..each {
             place = (place + GOLDEN) % 1.0;
             let sample = (place * data.samples() as f64) as usize;
             candidates.extend_from_slice(&data.arguments()[sample * d..(sample + 1) * d]);

@@ -50,6 +50,8 @@ impl Rows {
 /// F^T F, in tiles of its lower triangle, and F^T Y.
 pub(super) struct Normal {
     columns: usize,
+    /// Rows so far.
+    rows: usize,
     tiles: Vec<Tile>,
     moment: Mat<f64>,
 }
@@ -71,7 +73,12 @@ impl Normal {
         };
         let tiles =
             starts().flat_map(|row| starts().filter(move |c| *c <= row).map(move |c| (row, c)));
-        Self { columns, tiles: tiles.map(tile).collect(), moment: Mat::zeros(columns, dimension) }
+        Self {
+            columns,
+            rows: 0,
+            tiles: tiles.map(tile).collect(),
+            moment: Mat::zeros(columns, dimension),
+        }
     }
 
     /// Adds rows; each tile is summed in their order, by one thread.
@@ -84,6 +91,7 @@ impl Normal {
             }
         });
         for Rows { features, right } in rows {
+            self.rows += features.nrows();
             matmul(&mut self.moment, Accum::Add, features.transpose(), right, 1.0, Par::Seq);
         }
     }
@@ -95,7 +103,6 @@ impl Normal {
         landmarks: &Landmarks,
         shape: [usize; 3],
         candidates: &[f64],
-        functionals: usize,
     ) -> Result<(IdentifiedModel, Way), FitError> {
         let [n, m, d] = shape;
         let rank = landmarks.rank();
@@ -108,7 +115,7 @@ impl Normal {
             relative_difference(features.as_ref(), &all[blocks.clone()], &half[blocks])
         };
         let change = [differs(0..1), if m > 0 { differs(1..m + 1) } else { 0.0 }];
-        let way = LowRank { functionals, landmarks: rank, left: landmarks.left, change };
+        let way = LowRank { functionals: self.rows, landmarks: rank, left: landmarks.left, change };
         let entries: Vec<(usize, usize)> =
             (0..=m).flat_map(|block| (0..n).map(move |i| (i, block))).collect();
         let weights = all.iter().flat_map(|c| {
