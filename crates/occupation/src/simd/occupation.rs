@@ -18,6 +18,8 @@ use super::{WithProfile, widest};
 
 /// Functionals side by side, whatever the width of the vectors.
 pub(crate) const LANES: usize = 8;
+/// Samples that are taken together in narrow vectors.
+const AT_ONCE: usize = 4;
 /// Most sums of a functional that stand in registers.
 const MOST: usize = 8;
 /// Most rows of a contraction, and most rows times columns: they stand on the stack.
@@ -276,23 +278,60 @@ fn gamma<S: Simd, P: Shape, const RADIAL: bool>(
     simd: S,
     shape: P,
     x: &[f64],
-    samples: ChunksExact<'_, f64>,
+    mut samples: ChunksExact<'_, f64>,
     part: Range<usize>,
     lane: usize,
 ) -> [S::f64s; MOST] {
     let mut sums = [simd.splat_f64s(0.0); MOST];
-    for sample in samples {
-        let mut s = simd.splat_f64s(0.0);
-        for (i, &own) in x.iter().enumerate() {
-            let other = S::as_simd_f64s(&sample[i * LANES + lane..][..S::F64_LANES]).0[0];
-            s = accumulate::<S, RADIAL>(simd, simd.splat_f64s(own), other, s);
+    // Processors with narrow vectors have few registers: constants are loaded once for several samples.
+    while S::F64_LANES < LANES && samples.len() >= AT_ONCE {
+        let mut group = [&[][..]; AT_ONCE];
+        let mut kernels = [simd.splat_f64s(0.0); AT_ONCE];
+        for (sample, s) in group.iter_mut().zip(&mut kernels) {
+            *sample = samples.next().unwrap_or_default();
+            *s = argument::<S, RADIAL>(simd, x, sample, lane);
         }
-        let kernel = shape.of(simd, s);
-        for (sum, j) in sums.iter_mut().zip(part.clone()) {
-            let row = (x.len() + j) * LANES + lane;
-            let weight = S::as_simd_f64s(&sample[row..][..S::F64_LANES]).0[0];
-            *sum = simd.mul_add_e_f64s(kernel, weight, *sum);
+        for kernel in &mut kernels {
+            *kernel = shape.of(simd, *kernel);
+        }
+        for (sample, kernel) in group.into_iter().zip(kernels) {
+            add_weighted(simd, kernel, &sample[x.len() * LANES + lane..], part.clone(), &mut sums);
         }
     }
+    for sample in samples {
+        let kernel = shape.of(simd, argument::<S, RADIAL>(simd, x, sample, lane));
+        add_weighted(simd, kernel, &sample[x.len() * LANES + lane..], part.clone(), &mut sums);
+    }
     sums
+}
+
+/// What the profile is taken of.
+#[inline(always)]
+fn argument<S: Simd, const RADIAL: bool>(
+    simd: S,
+    x: &[f64],
+    sample: &[f64],
+    lane: usize,
+) -> S::f64s {
+    let mut s = simd.splat_f64s(0.0);
+    for (i, &own) in x.iter().enumerate() {
+        let other = S::as_simd_f64s(&sample[i * LANES + lane..][..S::F64_LANES]).0[0];
+        s = accumulate::<S, RADIAL>(simd, simd.splat_f64s(own), other, s);
+    }
+    s
+}
+
+/// Adds a kernel value times each weight.
+#[inline(always)]
+fn add_weighted<S: Simd>(
+    simd: S,
+    kernel: S::f64s,
+    weights: &[f64],
+    part: Range<usize>,
+    sums: &mut [S::f64s; MOST],
+) {
+    for (sum, j) in sums.iter_mut().zip(part) {
+        let weight = S::as_simd_f64s(&weights[j * LANES..][..S::F64_LANES]).0[0];
+        *sum = simd.mul_add_e_f64s(kernel, weight, *sum);
+    }
 }
