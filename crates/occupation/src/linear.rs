@@ -4,10 +4,26 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::cholesky::llt::solve::solve_in_place;
 use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular};
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::{Accum, Mat, MatMut, MatRef, Par};
+
+/// `rows` times an upper triangular matrix.
+pub(crate) fn times_upper(to: MatMut<'_, f64>, rows: MatRef<'_, f64>, upper: MatRef<'_, f64>) {
+    triangular(
+        to,
+        BlockStructure::Rectangular,
+        Accum::Replace,
+        rows,
+        BlockStructure::Rectangular,
+        upper,
+        BlockStructure::TriangularUpper,
+        1.0,
+        Par::Seq,
+    );
+}
 
 /// A pivot of the Cholesky factorisation that is not positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,16 +66,16 @@ impl Factor {
     }
 
     /// Factorises a matrix that is positive definite but for rounding: where it is not, the diagonal is raised by shares of
-    /// the trace, from that of rounding up. Reads the lower triangle alone.
-    pub fn of_nearly(matrix: Mat<f64>) -> Result<Self, NonPositivePivot> {
+    /// the trace, from that of rounding up. Made anew for each trial, as factors take its place; reads the lower triangle.
+    pub fn of_nearly(matrix: impl Fn() -> Mat<f64>) -> Result<Self, NonPositivePivot> {
         const SHARES: [f64; 4] = [1e-15, 1e-13, 1e-11, 1e-9];
-        let trace: f64 = (0..matrix.nrows()).map(|i| matrix[(i, i)]).sum();
-        let mut found = Self::of(matrix.clone());
+        let mut found = Self::of(matrix());
         for share in SHARES {
             if found.is_ok() {
                 break;
             }
-            let mut raised = matrix.clone();
+            let mut raised = matrix();
+            let trace: f64 = (0..raised.nrows()).map(|i| raised[(i, i)]).sum();
             (0..raised.nrows()).for_each(|i| raised[(i, i)] += share * trace);
             found = Self::of(raised);
         }

@@ -5,47 +5,14 @@ use lacuna_realtime::{Eight, LANES, LandmarkSum, MOST_SUMS, Profile};
 use super::{Domain, cost};
 use crate::IdentifiedModel;
 use crate::identified::SavedExpansion;
-use crate::kernel::{KernelSpec, Smoothness};
-
-/// A kernel as the evaluator has it: psi, and what multiplies the (scaled) arguments x and the points p.
-struct Form {
-    profile: Profile,
-    arguments: Vec<f64>,
-    points: Vec<f64>,
-}
-
-fn form(kernel: &KernelSpec, d: usize) -> Form {
-    let radial = |profile: Profile, widths: &[f64]| {
-        let inverse: Vec<f64> = widths.iter().cycle().take(d).map(|w| 1.0 / w).collect();
-        Form { profile, arguments: inverse.clone(), points: inverse }
-    };
-    let product = |profile: Profile, scale: f64| Form {
-        profile,
-        arguments: vec![1.0; d],
-        points: vec![1.0 / scale; d],
-    };
-    match kernel {
-        KernelSpec::ExponentialDotProduct(k) => product(Profile::Exponential, k.mu),
-        KernelSpec::Polynomial(k) => {
-            product(Profile::Power { offset: k.offset, degree: k.degree }, k.scale)
-        }
-        KernelSpec::Gaussian(k) => radial(Profile::Gaussian, &k.widths),
-        KernelSpec::Matern(k) => {
-            let profile = match k.smoothness {
-                Smoothness::Half => Profile::MaternHalf,
-                Smoothness::ThreeHalves => Profile::MaternThreeHalves,
-                Smoothness::FiveHalves => Profile::MaternFiveHalves,
-            };
-            radial(profile, &k.widths)
-        }
-    }
-}
+use crate::kernel::Form;
 
 /// Functions that share sums: lists of functions, and what their sums cost.
 pub(crate) fn components(model: &IdentifiedModel) -> Vec<(Vec<usize>, usize)> {
     let functions = model.dimension() * (1 + model.inputs());
     let mut component: Vec<usize> = (0..functions).collect();
-    for expansion in model.expansions().iter() {
+    let expansions = model.expansions();
+    for expansion in expansions.iter() {
         let members = functions_of(model, &expansion.saved);
         let Some(&least) = members.iter().min_by_key(|&&k| component[k]) else { continue };
         let joined: Vec<usize> = members.iter().map(|&k| component[k]).collect();
@@ -55,7 +22,7 @@ pub(crate) fn components(model: &IdentifiedModel) -> Vec<(Vec<usize>, usize)> {
     let members = |c: usize| (0..functions).filter(|&k| component[k] == c).collect::<Vec<_>>();
     let all = (0..functions).map(members).filter(|members| !members.is_empty());
     all.map(|members| {
-        let cost = model.expansions().iter().map(|e| cost_of(model, &e.saved, &members)).sum();
+        let cost = expansions.iter().map(|e| cost_of(model, &e.saved, &members)).sum();
         (members, cost)
     })
     .collect()
@@ -65,7 +32,7 @@ fn cost_of(model: &IdentifiedModel, saved: &SavedExpansion, functions: &[usize])
     let own = functions_of(model, saved).iter().filter(|k| functions.contains(k)).count();
     let d = model.arguments();
     let points = saved.points.len() / d;
-    let profile = form(&saved.kernel, d).profile;
+    let profile = saved.kernel.parts(d).profile;
     if own == 0 { 0 } else { own.div_ceil(MOST_SUMS) * cost::landmarks(profile, points, d, own) }
 }
 
@@ -79,13 +46,14 @@ pub(crate) fn sums(
 ) -> (Vec<LandmarkSum<'static>>, Vec<f64>) {
     let mut left_out = vec![0.0; enough.len()];
     let mut sums = Vec::new();
-    for expansion in model.expansions().iter() {
+    let expansions = model.expansions();
+    for expansion in expansions.iter() {
         let saved = &expansion.saved;
         let all = functions_of(model, saved);
         let own: Vec<usize> = (0..all.len()).filter(|&e| functions.contains(&all[e])).collect();
         for some in own.chunks(MOST_SUMS) {
             // Each sum may leave out its share.
-            let share = 1.0 / model.expansions().len() as f64;
+            let share = 1.0 / expansions.len() as f64;
             let enough: Vec<f64> = some.iter().map(|&e| share * enough[all[e]]).collect();
             let (kept, left) = kept(model.arguments(), saved, domain, some, &enough);
             some.iter().zip(left).for_each(|(&e, left)| left_out[all[e]] += left);
@@ -115,8 +83,8 @@ fn kept(
     enough: &[f64],
 ) -> (Vec<usize>, Vec<f64>) {
     let points = saved.points.len() / d;
-    let form = form(&saved.kernel, d);
-    let largest: Vec<f64> = (0..points).map(|k| form.largest(saved, domain, k)).collect();
+    let form = saved.kernel.parts(d);
+    let largest: Vec<f64> = (0..points).map(|k| largest(&form, saved, domain, k)).collect();
     let part = |e: usize, k: usize| saved.weights[entries[e] * points + k].abs() * largest[k];
     let share = |k: usize| {
         let parts = (0..entries.len()).map(|e| part(e, k) / enough[e].max(f64::MIN_POSITIVE));
@@ -139,24 +107,22 @@ fn kept(
     (kept, left)
 }
 
-impl Form {
-    /// The largest value of the kernel of landmark k on the box.
-    fn largest(&self, saved: &SavedExpansion, domain: &Domain, k: usize) -> f64 {
-        let d = self.points.len();
-        let point = &saved.points[k * d..(k + 1) * d];
-        let at = |i: usize, x: f64| (x - centre(saved, i)) / width(saved, i) * self.arguments[i];
-        let ends = |i: usize| {
-            let p = point[i] * self.points[i];
-            [at(i, domain.lower[i]) * p, at(i, domain.upper[i]) * p]
-        };
-        match self.profile {
-            Profile::Exponential => (0..d).map(|i| ends(i)[0].max(ends(i)[1])).sum::<f64>().exp(),
-            Profile::Power { offset, degree } => {
-                let sum: f64 = (0..d).map(|i| ends(i)[0].abs().max(ends(i)[1].abs())).sum();
-                (sum + offset).powf(f64::from(degree))
-            }
-            _ => 1.0,
+/// The largest value of the kernel of landmark k on the box.
+fn largest(form: &Form, saved: &SavedExpansion, domain: &Domain, k: usize) -> f64 {
+    let d = form.scales.len();
+    let point = &saved.points[k * d..(k + 1) * d];
+    let at = |i: usize, x: f64| (x - centre(saved, i)) / width(saved, i) * form.scales[i];
+    let ends = |i: usize| {
+        let p = point[i] * form.scales[i];
+        [at(i, domain.lower[i]) * p, at(i, domain.upper[i]) * p]
+    };
+    match form.profile {
+        Profile::Exponential => (0..d).map(|i| ends(i)[0].max(ends(i)[1])).sum::<f64>().exp(),
+        Profile::Power { offset, degree } => {
+            let sum: f64 = (0..d).map(|i| ends(i)[0].abs().max(ends(i)[1].abs())).sum();
+            (sum + offset).powf(f64::from(degree))
         }
+        _ => 1.0,
     }
 }
 
@@ -176,14 +142,14 @@ fn sum(
     kept: &[usize],
 ) -> LandmarkSum<'static> {
     let points = saved.points.len() / d;
-    let form = form(&saved.kernel, d);
+    let form = saved.kernel.parts(d);
     let mut tiles = Vec::new();
     for tile in kept.chunks(LANES) {
         let lanes = |value: &dyn Fn(usize) -> f64| {
             Eight(std::array::from_fn(|lane| tile.get(lane).map_or(0.0, |&k| value(k))))
         };
         for i in 0..d {
-            tiles.push(lanes(&|k| saved.points[k * d + i] * form.points[i]));
+            tiles.push(lanes(&|k| saved.points[k * d + i] * form.scales[i]));
         }
         for &e in entries {
             tiles.push(lanes(&|k| saved.weights[e * points + k]));
@@ -192,7 +158,7 @@ fn sum(
     LandmarkSum {
         profile: form.profile,
         centre: (0..d).map(|i| centre(saved, i)).collect::<Vec<_>>().into(),
-        factors: (0..d).map(|i| form.arguments[i] / width(saved, i)).collect::<Vec<_>>().into(),
+        factors: (0..d).map(|i| form.scales[i] / width(saved, i)).collect::<Vec<_>>().into(),
         entries: functions.into(),
         tiles: tiles.into(),
     }

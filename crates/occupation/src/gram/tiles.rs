@@ -137,7 +137,7 @@ impl Tile {
             kernel.evaluate_row(occupation.argument(k), &self.points, values);
             if m > 0 {
                 // 1 + u_k . u_l is a polynomial kernel of degree 1.
-                let linear = Profile::Polynomial { degree: 1, offset: 1.0 };
+                let linear = Profile::Power { degree: 1, offset: 1.0 };
                 let u = occupation.input(k);
                 kernel_row(linear, (1.0, None), u, &self.inputs, &mut self.factors);
                 values.iter_mut().zip(&self.factors).for_each(|(value, factor)| *value *= factor);

@@ -7,12 +7,12 @@
 //! Landmarks z are taken one by one where the kernel is worst represented, until no candidate is left with more than
 //! a tolerance of its variance: then the features are the kernel on all candidates (Fine and Scheinberg, JMLR 2001).
 
-use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular};
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Mat, MatRef};
 
 use super::family::ScaledKernel;
 use crate::kernel::{Kernel, KernelSpec};
-use crate::linear::Factor;
+use crate::linear::{Factor, times_upper};
+use crate::pivoted::Pivoted;
 use crate::simd::dot;
 
 /// The features of one kernel.
@@ -34,9 +34,8 @@ impl Basis {
     /// Landmarks from the candidates (rows of d): at most `most`, until the largest variance left is below `enough`, or
     /// lost in rounding.
     pub fn choose(kernel: ScaledKernel, candidates: &[f64], enough: f64, most: usize) -> Self {
-        let pivoted = Pivoted::of(&kernel, candidates, enough, most);
         let (d, spec) = (kernel.widths.len(), kernel.family.kernel());
-        let Pivoted { pivots, factor, complete } = pivoted;
+        let Pivoted { pivots, factor, complete, .. } = kernel.pivoted(candidates, enough, most);
         let landmarks: Vec<f64> =
             pivots.iter().flat_map(|&k| &candidates[k * d..(k + 1) * d]).copied().collect();
         let inverse = inverse_of_lower(pivots.len(), |i, j| factor[j][pivots[i]]);
@@ -130,17 +129,7 @@ impl Basis {
     /// Rows of kernel values, or integrals of them, to rows of features.
     pub fn to_features(&self, kernel_rows: MatRef<'_, f64>) -> Mat<f64> {
         let mut features = Mat::zeros(kernel_rows.nrows(), self.rank());
-        triangular(
-            &mut features,
-            BlockStructure::Rectangular,
-            Accum::Replace,
-            kernel_rows,
-            BlockStructure::Rectangular,
-            &self.inverse,
-            BlockStructure::TriangularUpper,
-            1.0,
-            Par::Seq,
-        );
+        times_upper(features.as_mut(), kernel_rows, self.inverse.as_ref());
         features
     }
 
@@ -152,63 +141,6 @@ impl Basis {
         };
         (0..self.rank()).map(column).collect()
     }
-}
-
-/// A pivoted Cholesky factorisation of a kernel on candidates.
-pub(crate) struct Pivoted {
-    /// Candidates in the order in which they were taken.
-    pivots: Vec<usize>,
-    /// Features of all candidates, one feature after the other.
-    pub factor: Vec<Vec<f64>>,
-    /// Whether nothing of the kernel is left on the candidates.
-    complete: bool,
-}
-
-impl Pivoted {
-    /// At most `most` features, until the largest variance left is below `enough`, or lost in rounding.
-    pub fn of(kernel: &ScaledKernel, candidates: &[f64], enough: f64, most: usize) -> Self {
-        /// Variance that rounding leaves, relative to the largest.
-        const ROUNDING: f64 = 1e-12;
-        let d = kernel.widths.len();
-        let count = candidates.len() / d;
-        let spec = kernel.family.kernel();
-        let columns = kernel.scaled_columns(candidates);
-        let point = |k: usize| -> Vec<f64> { (0..d).map(|i| columns[i * count + k]).collect() };
-        let mut left: Vec<f64> = (0..count).map(|k| spec.evaluate(&point(k), &point(k))).collect();
-        let stop = enough.max(ROUNDING * left.iter().copied().fold(0.0, f64::max));
-        let mut factor: Vec<Vec<f64>> = Vec::new();
-        let mut pivots = Vec::new();
-        while pivots.len() < most.min(count) {
-            let (pivot, variance) = largest(&left);
-            if variance <= stop || !variance.is_finite() {
-                break;
-            }
-            let mut column = vec![0.0; count];
-            spec.evaluate_row(&point(pivot), &columns, &mut column);
-            for before in &factor {
-                let scale = before[pivot];
-                column.iter_mut().zip(before).for_each(|(c, b)| *c -= scale * b);
-            }
-            let root = variance.sqrt();
-            column.iter_mut().for_each(|c| *c /= root);
-            left.iter_mut().zip(&column).for_each(|(v, c)| *v = (*v - c * c).max(0.0));
-            left[pivot] = 0.0;
-            pivots.push(pivot);
-            factor.push(column);
-        }
-        let complete = largest(&left).1 <= stop;
-        Self { pivots, factor, complete }
-    }
-}
-
-fn largest(values: &[f64]) -> (usize, f64) {
-    let mut best = (0, 0.0);
-    for (k, &value) in values.iter().enumerate() {
-        if value > best.1 {
-            best = (k, value);
-        }
-    }
-    best
 }
 
 /// L^-T for a lower triangular L.

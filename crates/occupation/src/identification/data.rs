@@ -10,6 +10,7 @@ use super::motion::Motion;
 use super::smoothing::{self, Channel, Smooth, column};
 use super::weak::{WeakRow, WeakWindow};
 use super::{Identification, IdentificationError};
+use crate::sample::sample;
 
 /// Landmark candidates while choosing, and for the model.
 const FEW_CANDIDATES: usize = 160;
@@ -122,7 +123,7 @@ impl Data {
     /// Windows with about so many equations of each coordinate.
     pub fn some_windows(&self, equations: usize) -> Vec<usize> {
         let all: usize = self.windows.iter().map(|w| w.motion.samples()).sum();
-        sample(self.windows.len(), (equations * self.windows.len() / all).max(1))
+        sample(self.windows.len(), (equations * self.windows.len() / all).max(1)).collect()
     }
 
     /// Something for every coordinate, in parallel; the first error.
@@ -249,13 +250,5 @@ fn cut(times: &[f64], seconds: f64) -> Vec<(usize, usize)> {
 /// At most `most` of the rows.
 fn thin(rows: &[f64], d: usize, most: usize) -> Vec<f64> {
     let kept = sample(rows.len() / d, most);
-    kept.into_iter().flat_map(|k| &rows[k * d..(k + 1) * d]).copied().collect()
-}
-
-/// At most `most` of `count` indices, evenly but without a period: a stride would see only a part of data that are laid
-/// out on a grid or a Halton sequence. The indices with the smallest fractional parts of multiples of the golden ratio.
-fn sample(count: usize, most: usize) -> Vec<usize> {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let share = most as f64 / count as f64;
-    (0..count).filter(|&k| (k as f64 * GOLDEN).fract() < share).take(most).collect()
+    kept.flat_map(|k| &rows[k * d..(k + 1) * d]).copied().collect()
 }

@@ -75,11 +75,13 @@ impl Normal {
     /// The posterior for prior standard deviations D of the coefficients and noise sigma.
     pub fn posterior(&self, prior: &[f64], sigma: f64) -> Result<Posterior, NonPositivePivot> {
         let (p, variance) = (self.moment.len(), sigma * sigma);
-        let matrix = Mat::from_fn(p, p, |i, j| {
-            let (low, high) = (i.max(j), i.min(j));
-            let unit = if i == j { 1.0 } else { 0.0 };
-            unit + prior[i] * self.gram[(low, high)] * prior[j] / variance
-        });
+        let matrix = || {
+            Mat::from_fn(p, p, |i, j| {
+                let (low, high) = (i.max(j), i.min(j));
+                let unit = if i == j { 1.0 } else { 0.0 };
+                unit + prior[i] * self.gram[(low, high)] * prior[j] / variance
+            })
+        };
         // With noise as small as the numbers' rounding, that of the inner products is larger than the prior's identity.
         let factor = Factor::of_nearly(matrix)?;
         let mut solved = Mat::from_fn(p, 1, |i, _| prior[i] * self.moment[i] / variance);

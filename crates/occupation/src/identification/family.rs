@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::kernel::{
     ExponentialDotProduct, Gaussian, KernelSpec, Matern, Polynomial, Profile, Smoothness,
 };
+use crate::pivoted::{Pivoted, Stop};
 use crate::simd::slope_row;
 
 /// A kernel of scaled arguments xi_i = (x_i - c_i) / w_i; the widths w are what is chosen.
@@ -53,7 +54,7 @@ impl Family {
             Self::Gaussian => Profile::Gaussian,
             Self::Matern => Profile::MaternFiveHalves,
             Self::Exponential => Profile::Exponential,
-            Self::Polynomial(degree) => Profile::Polynomial { degree, offset: 1.0 },
+            Self::Polynomial(degree) => Profile::Power { degree, offset: 1.0 },
         };
         slope_row(profile, x, points, slopes);
     }
@@ -86,6 +87,16 @@ impl ScaledKernel {
     pub(crate) fn scale(&self, x: &[f64], scaled: &mut [f64]) {
         let entries = x.iter().zip(&self.centre).zip(&self.widths).zip(scaled);
         entries.for_each(|(((x, c), w), scaled)| *scaled = (x - c) / w);
+    }
+
+    /// Candidates (rows of d) in the order in which they represent the kernel: at most `most`, until the largest variance
+    /// left is below `enough`, or lost in rounding.
+    pub(crate) fn pivoted(&self, candidates: &[f64], enough: f64, most: usize) -> Pivoted {
+        /// Variance that rounding leaves, relative to the largest.
+        const ROUNDING: f64 = 1e-12;
+        let stop = Stop { most, absolute: enough, relative: ROUNDING };
+        let columns = self.scaled_columns(candidates);
+        Pivoted::of(&self.family.kernel(), &columns, self.widths.len(), stop)
     }
 
     /// Scaled rows of points x (rows x d), coordinate by coordinate.

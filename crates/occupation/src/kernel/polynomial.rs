@@ -27,7 +27,7 @@ impl Polynomial {
 
 impl Polynomial {
     fn profile(&self) -> Profile {
-        Profile::Polynomial { degree: self.degree, offset: self.offset }
+        Profile::Power { degree: self.degree, offset: self.offset }
     }
 }
 

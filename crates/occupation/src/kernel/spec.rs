@@ -31,6 +31,13 @@ impl KernelSpec {
     }
 }
 
+impl KernelSpec {
+    /// Its parts: every kernel of the crate has them.
+    pub(crate) fn parts(&self, arguments: usize) -> Form {
+        self.form(arguments).expect("every kernel of the crate has a form")
+    }
+}
+
 impl Kernel for KernelSpec {
     fn evaluate(&self, x: &[f64], y: &[f64]) -> f64 {
         match self {

@@ -69,6 +69,12 @@ pub(crate) fn coordinate_by_coordinate(rows: &[f64], dimension: usize, columns: 
     }
 }
 
+/// Adds factor times `values` to `to`, in a loop that is compiled with its caller.
+#[inline(always)]
+pub(crate) fn add_scaled(to: &mut [f64], factor: f64, values: &[f64]) {
+    to.iter_mut().zip(values).for_each(|(to, value)| *to += factor * value);
+}
+
 /// sum_k x_k y_k, in a fixed order.
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     widest().dispatch(Dot { x, y })

@@ -12,7 +12,7 @@ use std::slice::ChunksExact;
 
 use pulp::{Simd, WithSimd};
 
-use super::profile::{Form, Shape};
+use super::profile::{Form, Shape, dispatch};
 use super::row::accumulate;
 use super::{WithProfile, widest};
 
@@ -96,14 +96,14 @@ impl OccupationSums {
         let mut room = [0.0; MOST_ARGUMENTS];
         let scaled = &mut room[..x.len()];
         self.scale(x, scaled);
-        self.form.profile.dispatch(Contraction { sums: self, x: scaled, weights, entries });
+        dispatch(self.form.profile, Contraction { sums: self, x: scaled, weights, entries });
     }
 
     /// Gamma_a at points (scaled, rows of d) for the eight a of a block: `values[(p (1 + m) + j) 8 + a]`.
     pub fn block(&self, block: usize, points: &[f64], values: &mut [f64]) {
         let samples = &self.blocks[block].samples;
         let (d, columns) = (self.form.scales.len(), self.columns);
-        self.form.profile.dispatch(Sums { d, columns, samples, points, values });
+        dispatch(self.form.profile, Sums { d, columns, samples, points, values });
     }
 }
 

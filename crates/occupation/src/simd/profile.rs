@@ -1,5 +1,6 @@
 //! Profiles: what a kernel makes of a squared distance or an inner product.
 
+pub use lacuna_realtime::Profile;
 use pulp::Simd;
 
 use super::WithProfile;
@@ -14,41 +15,17 @@ pub struct Form {
     pub scales: Vec<f64>,
 }
 
-/// What becomes of s = |xi - eta|^2, or of s = xi . eta.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Profile {
-    /// exp(-s / 2) of a squared distance.
-    Gaussian,
-    /// exp(-sqrt(s)) of a squared distance.
-    MaternHalf,
-    /// (1 + r) exp(-r), r = sqrt(3 s), of a squared distance.
-    MaternThreeHalves,
-    /// (1 + r + r^2 / 3) exp(-r), r = sqrt(5 s), of a squared distance.
-    MaternFiveHalves,
-    /// exp(s) of an inner product.
-    Exponential,
-    /// (s + offset)^degree of an inner product.
-    Polynomial {
-        /// Degree.
-        degree: u32,
-        /// Offset.
-        offset: f64,
-    },
-}
-
-impl Profile {
-    /// Calls `with` with the profile as a type, so that loops are compiled for it.
-    #[inline(always)]
-    pub(super) fn dispatch<W: WithProfile>(self, with: W) -> W::Output {
-        match self {
-            Self::Gaussian => with.with_profile::<_, true>(Gaussian),
-            Self::MaternHalf => with.with_profile::<_, true>(MaternHalf),
-            Self::MaternThreeHalves => with.with_profile::<_, true>(MaternThreeHalves),
-            Self::MaternFiveHalves => with.with_profile::<_, true>(MaternFiveHalves),
-            Self::Exponential => with.with_profile::<_, false>(Exponential),
-            Self::Polynomial { degree, offset } => {
-                with.with_profile::<_, false>(Polynomial { degree, offset })
-            }
+/// Calls `with` with the profile as a type, so that loops are compiled for it.
+#[inline(always)]
+pub(super) fn dispatch<W: WithProfile>(profile: Profile, with: W) -> W::Output {
+    match profile {
+        Profile::Gaussian => with.with_profile::<_, true>(Gaussian),
+        Profile::MaternHalf => with.with_profile::<_, true>(MaternHalf),
+        Profile::MaternThreeHalves => with.with_profile::<_, true>(MaternThreeHalves),
+        Profile::MaternFiveHalves => with.with_profile::<_, true>(MaternFiveHalves),
+        Profile::Exponential => with.with_profile::<_, false>(Exponential),
+        Profile::Power { degree, offset } => {
+            with.with_profile::<_, false>(Polynomial { degree, offset })
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::profile::{Profile, Shape, SlopeOf};
+use super::profile::{Profile, Shape, SlopeOf, dispatch};
 use super::{WithProfile, widest};
 
 /// values\[k\] = profile(factor s_k) with s_k = sum_i ((x_i - p_ik) / w_i)^2 or sum_i x_i p_ik, for points stored
@@ -16,14 +16,14 @@ pub(crate) fn kernel_row(
 ) {
     let row = Row { factor, x, points, values };
     match widths {
-        Some(widths) => profile.dispatch(Scaled { row, widths }),
-        None => profile.dispatch(row),
+        Some(widths) => dispatch(profile, Scaled { row, widths }),
+        None => dispatch(profile, row),
     }
 }
 
 /// slopes\[k\] = h(s_k) with dK/dx = h (x - p_k) for squared distances and h p_k for inner products, without widths.
 pub(crate) fn slope_row(profile: Profile, x: &[f64], points: &[f64], slopes: &mut [f64]) {
-    profile.dispatch(Slopes(Row { factor: 1.0, x, points, values: slopes }));
+    dispatch(profile, Slopes(Row { factor: 1.0, x, points, values: slopes }));
 }
 
 struct Row<'a> {

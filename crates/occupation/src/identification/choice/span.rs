@@ -13,7 +13,6 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-use super::super::basis::Pivoted;
 use super::super::evidence::Normal;
 use super::super::family::ScaledKernel;
 use super::super::weak::WeakRow;
@@ -78,7 +77,7 @@ impl Span {
 
     /// The features of a kernel at the points, points x features; none where it is not of the span.
     pub fn features(&self, kernel: &ScaledKernel, enough: f64, most: usize) -> Option<Mat<f64>> {
-        let factor = Pivoted::of(kernel, &self.points, enough, most).factor;
+        let factor = kernel.pivoted(&self.points, enough, most).factor;
         let features = Mat::from_fn(POINTS, factor.len(), |k, j| factor[j][k]);
         let between = product(self.at_probes.as_ref(), features.as_ref());
         let spec = kernel.family.kernel();

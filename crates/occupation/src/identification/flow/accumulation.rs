@@ -4,6 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use super::super::field::Field;
 use super::integrator::Nodes;
+use crate::simd::{add_scaled, widest};
 
 /// The integrals up to the end of an interval, from those up to its start.
 pub(super) struct Accumulation<'a> {
@@ -15,7 +16,7 @@ pub(super) struct Accumulation<'a> {
 
 impl Accumulation<'_> {
     pub fn work_out(self) {
-        pulp::Arch::new().dispatch(self);
+        widest().dispatch(self);
     }
 }
 
@@ -30,12 +31,9 @@ impl WithSimd for Accumulation<'_> {
             return;
         }
         let count = after.len() / features;
-        let add = |to: &mut [f64], factor: f64, values: &[f64]| {
-            to.iter_mut().zip(values).for_each(|(to, value)| *to += factor * value);
-        };
         for (a, row) in after.chunks_exact_mut(features).enumerate() {
             for (b, old) in before.chunks_exact(features).enumerate() {
-                add(row, nodes.to_end[a * count + b], old);
+                add_scaled(row, nodes.to_end[a * count + b], old);
             }
             let matrices = nodes.to_end.chunks_exact(count * count);
             for (to_end, values) in matrices.zip(nodes.values.chunks_exact(features)) {
@@ -44,7 +42,7 @@ impl WithSimd for Accumulation<'_> {
                     let last = first + term.basis.rank();
                     let factor = to_end[a * count + count - field.dimension + term.row];
                     if factor != 0.0 {
-                        add(&mut row[first..last], factor, &values[first..last]);
+                        add_scaled(&mut row[first..last], factor, &values[first..last]);
                     }
                     first = last;
                 }

@@ -4,6 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use super::reduction::Reduction;
 use super::window::WeakWindow;
+use crate::simd::{add_scaled, widest};
 
 /// Functions' values at the nodes of a window (a row a node, side by side) times input `block`, integrated from its first
 /// sample: for each p below `levels` N rows of derivative p, one level after the other.
@@ -19,7 +20,7 @@ pub(super) struct Integral<'a> {
 
 impl Integral<'_> {
     pub fn work_out(self) {
-        pulp::Arch::new().dispatch(self);
+        widest().dispatch(self);
     }
 }
 
@@ -46,7 +47,7 @@ impl WithSimd for Integral<'_> {
                 let weights = window.weights(k, block, order - 1 - p);
                 let nodes = values[first * columns..].chunks_exact(columns);
                 for (weight, values) in weights.iter().zip(nodes) {
-                    add(entries, *weight, values);
+                    add_scaled(entries, *weight, values);
                 }
             }
             for (p, entries) in state.chunks_exact(columns).enumerate().take(levels) {
@@ -66,14 +67,9 @@ fn advance(state: &mut [f64], columns: usize, step: f64) {
         let mut taylor = 1.0;
         for (q, other) in higher.chunks_exact(columns).enumerate() {
             taylor *= step / (q + 1) as f64;
-            add(own, taylor, other);
+            add_scaled(own, taylor, other);
         }
     }
-}
-
-#[inline(always)]
-fn add(to: &mut [f64], factor: f64, values: &[f64]) {
-    to.iter_mut().zip(values).for_each(|(to, value)| *to += factor * value);
 }
 
 /// [`Reduction::reflect`] for many columns side by side.
@@ -85,7 +81,7 @@ pub(crate) struct Reflection<'a> {
 
 impl Reflection<'_> {
     pub fn work_out(self) {
-        pulp::Arch::new().dispatch(self);
+        widest().dispatch(self);
     }
 }
 
@@ -103,10 +99,10 @@ impl WithSimd for Reflection<'_> {
             let rows = &mut rows[first * columns..];
             shares.fill(0.0);
             for (entry, row) in v.iter().zip(rows.chunks_exact(columns)) {
-                add(&mut shares, *entry, row);
+                add_scaled(&mut shares, *entry, row);
             }
             for (entry, row) in v.iter().zip(rows.chunks_exact_mut(columns)) {
-                add(row, -2.0 * entry, &shares);
+                add_scaled(row, -2.0 * entry, &shares);
             }
         }
     }

@@ -290,7 +290,7 @@ impl<'w> RowWindow<'w> {
     ) -> Result<f64, NonPositivePivot> {
         if self.covariance.is_some() || !remainders.is_empty() {
             // Differences of kernels that the landmarks hold nearly are lost in rounding, and may come out negative.
-            let factor = Factor::of_nearly(self.covariance(remainders, sigma))?;
+            let factor = Factor::of_nearly(|| self.covariance(remainders, sigma))?;
             factor.solve_lower_slice(right);
             solve_lower_triangular_in_place(factor.lower(), design, Par::Seq);
             return Ok(factor.log_determinant());

@@ -27,8 +27,8 @@ use rayon::prelude::*;
 
 use super::{FitError, Regression, check_lambda, check_shape};
 use crate::identified::IdentifiedModel;
-use crate::kernel::Kernel;
 use crate::occupation_kernels::OccupationKernels;
+use crate::sample::{GOLDEN, sample};
 use crate::trajectory::TrajectoryData;
 use crate::whitening::BandedCholesky;
 use landmarks::Landmarks;
@@ -168,9 +168,12 @@ impl Regression {
         get: &impl Fn(usize) -> Result<TrajectoryData, StreamError<E>>,
         most: usize,
     ) -> Result<Option<(Vec<TrajectoryData>, usize)>, StreamError<E>> {
-        let (mut all, mut functionals) = (Vec::new(), 0);
         // Every trajectory has a functional.
-        for k in 0..if count <= most { count } else { 0 } {
+        if count > most {
+            return Ok(None);
+        }
+        let (mut all, mut functionals) = (Vec::new(), 0);
+        for k in 0..count {
             let data = get(k)?;
             functionals += self.weak_trajectory(k, &data)?.noise.len();
             if functionals > most {
@@ -178,7 +181,7 @@ impl Regression {
             }
             all.push(data);
         }
-        Ok((all.len() == count).then_some((all, functionals)))
+        Ok(Some((all, functionals)))
     }
 
     /// F^T F and F^T Y of all trajectories.
@@ -240,13 +243,11 @@ fn candidates<E>(
     first: &TrajectoryData,
     get: &impl Fn(usize) -> Result<TrajectoryData, StreamError<E>>,
 ) -> Result<Vec<f64>, StreamError<E>> {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let d = first.argument_count();
-    let share = CANDIDATE_TRAJECTORIES as f64 / count as f64;
     let each = CANDIDATES.div_ceil(count.min(CANDIDATE_TRAJECTORIES));
     let mut candidates = Vec::new();
     let mut place = 0.0;
-    for k in (0..count).filter(|&k| (k as f64 * GOLDEN).fract() < share) {
+    for k in sample(count, CANDIDATE_TRAJECTORIES) {
         let data = get(k)?;
         check_shape(first, &data, k)?;
         for _ in 0..each {
@@ -256,9 +257,4 @@ fn candidates<E>(
         }
     }
     Ok(candidates)
-}
-
-/// The form of a kernel of this crate.
-fn form(kernel: &crate::kernel::KernelSpec, d: usize) -> crate::kernel::Form {
-    kernel.form(d).expect("every kernel of the crate has a form")
 }
