@@ -22,6 +22,7 @@
 
 mod actuator_lag;
 mod asymmetric_friction;
+mod backlash;
 mod cogging;
 mod constant_force;
 mod coriolis_coupling;
@@ -72,6 +73,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &coupling_stiffness::EFFECT,
     &coriolis_coupling::EFFECT,
     &hysteresis::EFFECT,
+    &backlash::EFFECT,
     &viscoelastic::EFFECT,
     &hidden_resonance::EFFECT,
     &periodic_disturbance::EFFECT,

@@ -3,9 +3,9 @@
 use lacuna_effects::{CATALOGUE, Dimension, Law, find};
 use std::collections::BTreeSet;
 
-/// The class names of the design, but for backlash, unknown_function and parameter_error, which
-/// are no laws of this catalogue.
-const DESIGNED: [&str; 28] = [
+/// The class names of the design, but for unknown_function and parameter_error, which are no laws
+/// of this catalogue.
+const DESIGNED: [&str; 29] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -22,6 +22,7 @@ const DESIGNED: [&str; 28] = [
     "hysteresis",
     "viscoelastic",
     "hidden_resonance",
+    "backlash",
     "periodic_disturbance",
     "step_change",
     "gain_error",
@@ -94,6 +95,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("coupling_stiffness", &["N/m"], &["N m/rad"]),
         ("coriolis_coupling", &["N s^2/m^2"], &["N m s^2/rad^2"]),
         ("hysteresis", &["N/m", "1/m", "1/m"], &["N m/rad", "1/rad", "1/rad"]),
+        ("backlash", &["N/m", "m"], &["N m/rad", "rad"]),
         ("viscoelastic", &["N/m", "s"], &["N m/rad", "s"]),
         ("hidden_resonance", &["N s^2/m", "1/s", "1"], &["N m s^2/rad", "1/s", "1"]),
         ("periodic_disturbance", &["N", "1/s", "1"], &["N m", "1/s", "1"]),

@@ -1,0 +1,70 @@
+//! Backlash (a spring reached through play): `-stiffness z, z follows q through a play of width gap`.
+//!
+//! The play operator holds its far side `z` while `|q - z| < gap / 2` and takes it along with q
+//! at the edge. Here its edge is a ramp of a twentieth of half the gap, so that the law is
+//! continuous: with `d = q - z`
+//!
+//! ```text
+//! z' = |v| sign(d) clamp(e + p, 0, 1 + p),  e = (|d| - gap/2) / (gap/40),  p = 1 if v pushes (v d > 0), else 0
+//! ```
+//!
+//! Pushed, `d` settles on the edge itself, so that after a reversal the whole gap is lost
+//! motion. Outside the play, where only a step of an integrator or a wrong initial state can
+//! put it, z runs back as fast as q moves and no faster: every rate is bounded by `2 |v|`, which
+//! no step makes unstable however narrow the gap, and the law keeps no time scale of its own.
+//!
+//! The force lags behind the coordinate: a cycle of amplitude `A` puts
+//! `stiffness gap (2 A - gap)` in. It is what a spring-like restoring force does that sees the
+//! coordinate behind play, such as a servo with its sensor there: it makes limit cycles.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "backlash",
+    words: "backlash (a spring reached through play)",
+    formula: "-stiffness z, z stays while |q - z| < gap/2 and then moves with q",
+    parameters: &[
+        Parameter::new("stiffness", Dimension::new(1, -1, 0), Range::NonNegative),
+        Parameter::new("gap", Dimension::COORDINATE, Range::Positive),
+    ],
+    depends_on: &[Variable::Coordinate, Variable::Velocity],
+    acts: Acts::Coordinates,
+    law: Law::Force(&Backlash),
+};
+
+/// Width of the edge in halves of the gap.
+const EDGE: f64 = 0.05;
+
+#[derive(Debug)]
+struct Backlash;
+
+impl ForceLaw for Backlash {
+    fn basis(&self, _shape: &[f64], _at: &Local, memory: &[f64], basis: &mut [f64]) {
+        basis[0] = -memory[0];
+    }
+
+    fn memory(&self) -> usize {
+        1
+    }
+
+    /// In the middle of the play.
+    fn memory_at_rest(&self, at: &Local, memory: &mut [f64]) {
+        memory[0] = at.q;
+    }
+
+    fn memory_rate(&self, shape: &[f64], at: &Local, memory: &[f64], rate: &mut [f64]) {
+        let half = (0.5 * shape[0]).max(f64::MIN_POSITIVE);
+        let offset = at.q - memory[0];
+        let excess = (offset.abs() / half - 1.0) / EDGE;
+        let pushed = if at.v * offset > 0.0 { 1.0 } else { 0.0 };
+        let share = (excess + pushed).clamp(0.0, 1.0 + pushed);
+        rate[0] = at.v.abs() * share * offset.signum();
+    }
+
+    /// From a hundredth of the coordinate's range to most of it.
+    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let gaps = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.4];
+        gaps.map(|share| vec![share * scales.half_range()]).to_vec()
+    }
+}
