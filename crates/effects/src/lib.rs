@@ -39,6 +39,7 @@ mod input_delay;
 pub mod law;
 mod linear_loss;
 mod linear_stiffness;
+mod overflow;
 mod periodic_disturbance;
 mod quadratic_drag;
 mod quadratic_loss;
@@ -80,6 +81,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &step_change::EFFECT,
     &linear_loss::EFFECT,
     &quadratic_loss::EFFECT,
+    &overflow::EFFECT,
     &gain_error::EFFECT,
     &dead_zone::EFFECT,
     &saturation::EFFECT,

@@ -104,6 +104,9 @@ fn couplings_obey_their_formulas() {
 fn losses_of_first_order_states_obey_their_formulas() {
     obeys("linear_loss", &[0.3], |p| -0.3 * p.q);
     obeys("quadratic_loss", &[0.3], |p| -0.3 * p.q * p.q.abs());
+    obeys("overflow", &[2.0, 0.5], |p| if p.q > 0.5 { -2.0 * (p.q - 0.5) } else { 0.0 });
+    // A brim may stand below zero; below it nothing runs over.
+    obeys("overflow", &[2.0, -0.5], |p| if p.q > -0.5 { -2.0 * (p.q + 0.5) } else { 0.0 });
 }
 
 /// Physical parameters that are inside every range, the phases within (-pi, pi].
@@ -244,6 +247,7 @@ fn one_sided_amplitudes_are_those_of_energy_losses_and_of_springs_that_only_push
         assert_eq!(range(class, 0), Range::NonNegative, "{class}");
     }
     assert_eq!(range("end_stop", 0), Range::NonNegative);
+    assert_eq!(range("overflow", 0), Range::NonNegative);
     assert_eq!(range("constant_force", 0), Range::Any);
     assert_eq!(range("cubic_stiffness", 0), Range::Any);
     assert!(!Range::NonNegative.contains(-1e-9) && Range::NonNegative.contains(0.0));
@@ -255,5 +259,5 @@ fn one_sided_amplitudes_are_those_of_energy_losses_and_of_springs_that_only_push
 fn effects_that_act_on_states_alone_are_the_losses() {
     let on_states: Vec<_> =
         CATALOGUE.iter().filter(|e| e.acts == Acts::States).map(|e| e.class).collect();
-    assert_eq!(on_states, ["linear_loss", "quadratic_loss"]);
+    assert_eq!(on_states, ["linear_loss", "quadratic_loss", "overflow"]);
 }

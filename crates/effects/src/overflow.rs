@@ -1,0 +1,33 @@
+//! An overflow above a level (a tank's brim): `-rate max(x - position, 0)`.
+
+use crate::Dimension;
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "overflow",
+    words: "an overflow above a level",
+    formula: "-rate max(x - position, 0)",
+    parameters: &[
+        Parameter::new("rate", Dimension::new(1, -1, 0), Range::NonNegative),
+        Parameter::new("position", Dimension::COORDINATE, Range::Any),
+    ],
+    depends_on: &[Variable::Coordinate],
+    acts: Acts::States,
+    law: Law::Force(&Overflow),
+};
+
+#[derive(Debug)]
+struct Overflow;
+
+impl ForceLaw for Overflow {
+    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
+        basis[0] = -(at.q - shape[0]).max(0.0);
+    }
+
+    /// Brims in the upper part of the state's range.
+    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let (low, high) = scales.q;
+        let shares = [0.7, 0.75, 0.8, 0.85, 0.89, 0.925, 0.955, 0.98];
+        shares.map(|share| vec![low + share * (high - low)]).to_vec()
+    }
+}
