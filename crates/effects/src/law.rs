@@ -1,6 +1,7 @@
 //! What an effect is: its description and its law.
 
 use crate::Dimension;
+pub use crate::parameter::{Kind, Parameter, Range};
 
 /// One entry of the catalogue.
 #[derive(Debug)]
@@ -13,63 +14,12 @@ pub struct Effect {
     pub formula: &'static str,
     /// Physical parameters, in the order of [`ForceLaw::physical`].
     pub parameters: &'static [Parameter],
-    /// What the law depends on.
+    /// What the law depends on; of a curve, what it can be over (see [`Effect::variables`]).
     pub depends_on: &'static [Variable],
     /// Which kind of channel it acts on.
     pub acts: Acts,
     /// The law itself.
     pub law: Law,
-}
-
-/// A physical parameter of an effect.
-#[derive(Debug)]
-pub struct Parameter {
-    /// Name in model files.
-    pub name: &'static str,
-    /// Its unit in terms of its channel's.
-    pub unit: Dimension,
-    /// Values that make sense.
-    pub range: Range,
-    /// Value where a model file gives none; without one the parameter must be given.
-    pub default: Option<f64>,
-}
-
-impl Parameter {
-    /// A parameter that must be given.
-    #[must_use]
-    pub const fn new(name: &'static str, unit: Dimension, range: Range) -> Self {
-        Self { name, unit, range, default: None }
-    }
-
-    /// The same, with a value for files that leave it out.
-    #[must_use]
-    pub const fn or(self, default: f64) -> Self {
-        Self { default: Some(default), ..self }
-    }
-}
-
-/// Values that make physical sense.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Range {
-    /// Any finite number.
-    Any,
-    /// Zero or more: a friction that drives is no friction.
-    NonNegative,
-    /// More than zero.
-    Positive,
-}
-
-impl Range {
-    /// Whether the range holds a value.
-    #[must_use]
-    pub fn contains(self, value: f64) -> bool {
-        value.is_finite()
-            && match self {
-                Self::Any => true,
-                Self::NonNegative => value >= 0.0,
-                Self::Positive => value > 0.0,
-            }
-    }
 }
 
 /// What a law can depend on.
@@ -160,9 +110,13 @@ impl Scales {
     }
 }
 
+/// Most amplitudes of a law: the values of a curve.
+pub const MOST_AMPLITUDES: usize = crate::unknown_function::KNOTS;
+
 /// A generalised force, linear in its amplitudes.
 pub trait ForceLaw: Sync + std::fmt::Debug {
-    /// Number of amplitudes: the first entries of the internal parameters.
+    /// Number of amplitudes, at most [`MOST_AMPLITUDES`]: the first entries of the internal
+    /// parameters.
     fn amplitudes(&self) -> usize {
         1
     }
@@ -180,7 +134,8 @@ pub trait ForceLaw: Sync + std::fmt::Debug {
         internal.to_vec()
     }
 
-    /// Shapes to screen on recordings of these scales; one empty shape where there is none.
+    /// Shapes to screen on recordings of these scales; one empty shape where the law has none,
+    /// and no shape at all where it is not to be screened.
     fn shapes(&self, _scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![]]
     }

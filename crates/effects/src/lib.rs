@@ -16,7 +16,7 @@
 //! | amplitudes a, shape s | the *internal* parameters: amplitudes first ([`ForceLaw::amplitudes`]) |
 //! | basis b | [`ForceLaw::basis`] |
 //! | memory z, its rate | [`ForceLaw::memory`], [`ForceLaw::memory_rate`] |
-//! | magnitudes as an engineer states them | the *physical* parameters: [`Effect::parameters`] |
+//! | magnitudes as an engineer states them | the *physical* parameters: [`Effect::parameters`], one value after the other: [`Effect::values`] |
 //!
 //! A new effect is one small file here, a line in [`CATALOGUE`], and a test.
 
@@ -40,6 +40,7 @@ pub mod law;
 mod linear_loss;
 mod linear_stiffness;
 mod overflow;
+pub mod parameter;
 mod periodic_disturbance;
 mod quadratic_drag;
 mod quadratic_loss;
@@ -50,12 +51,14 @@ mod sensor_scale;
 mod step_change;
 mod stribeck_friction;
 pub mod unit;
+mod unknown_function;
 mod viscoelastic;
 mod viscous_friction;
 
 pub use law::{
-    Acts, Effect, ForceLaw, InputLaw, Law, Local, Parameter, Range, Scales, SensorLaw, Variable,
+    Acts, Effect, ForceLaw, InputLaw, Law, Local, MOST_AMPLITUDES, Scales, SensorLaw, Variable,
 };
+pub use parameter::{Kind, Parameter, Range};
 pub use unit::Dimension;
 
 /// Every effect, in the order in which rivals of equal evidence are tried: simple ones first.
@@ -82,6 +85,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &linear_loss::EFFECT,
     &quadratic_loss::EFFECT,
     &overflow::EFFECT,
+    &unknown_function::EFFECT,
     &gain_error::EFFECT,
     &dead_zone::EFFECT,
     &saturation::EFFECT,

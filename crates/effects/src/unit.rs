@@ -1,6 +1,8 @@
 //! Units of effect parameters, derived from the units of the channel they act on.
 
-/// A product of powers: force, coordinate, seconds, input.
+use crate::Variable;
+
+/// A product of powers: force, coordinate, seconds, input, the variable of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension {
     /// Power of the channel's generalised force.
@@ -11,6 +13,8 @@ pub struct Dimension {
     pub seconds: i8,
     /// Power of the input's unit.
     pub input: i8,
+    /// Power of the variable that a curve is over.
+    pub variable: i8,
 }
 
 impl Dimension {
@@ -27,22 +31,45 @@ impl Dimension {
     /// Radians per second.
     pub const RATE: Self = Self::new(0, 0, -1);
     /// The input's unit.
-    pub const INPUT: Self = Self { force: 0, coordinate: 0, seconds: 0, input: 1 };
+    pub const INPUT: Self = Self { input: 1, ..Self::NUMBER };
+    /// The variable that a curve is over.
+    pub const VARIABLE: Self = Self { variable: 1, ..Self::NUMBER };
 
     /// `force^a coordinate^b s^c`.
     #[must_use]
     pub const fn new(force: i8, coordinate: i8, seconds: i8) -> Self {
-        Self { force, coordinate, seconds, input: 0 }
+        Self { force, coordinate, seconds, input: 0, variable: 0 }
     }
 
-    /// As text, given the units of the channel's force and coordinate, or of the input.
+    /// The same for a curve over this variable of its channel.
+    #[must_use]
+    pub const fn over(self, variable: Variable) -> Self {
+        let unit = match variable {
+            Variable::Coordinate | Variable::OtherCoordinate => Self::COORDINATE,
+            Variable::Velocity | Variable::OtherVelocity => Self::VELOCITY,
+            Variable::Time => Self::TIME,
+            Variable::Input => Self::INPUT,
+        };
+        let power = self.variable;
+        Self {
+            force: self.force,
+            coordinate: self.coordinate + power * unit.coordinate,
+            seconds: self.seconds + power * unit.seconds,
+            input: self.input + power * unit.input,
+            variable: 0,
+        }
+    }
+
+    /// As text, given the units of the channel's force and coordinate, or of the input. What
+    /// [`Dimension::over`] has not settled is taken as a curve over the coordinate.
     #[must_use]
     pub fn text(self, force: &str, coordinate: &str, input: &str) -> String {
+        let this = self.over(Variable::Coordinate);
         let parts = [
-            (force, self.force),
-            ("s", self.seconds),
-            (coordinate, self.coordinate),
-            (input, self.input),
+            (force, this.force),
+            ("s", this.seconds),
+            (coordinate, this.coordinate),
+            (input, this.input),
         ];
         let mut factors = Vec::new();
         for (unit, power) in parts {
@@ -89,6 +116,7 @@ fn multiply<'u>(factors: &mut Vec<(&'u str, i32)>, unit: &'u str, power: i32) {
 #[cfg(test)]
 mod tests {
     use super::Dimension;
+    use crate::Variable;
 
     #[test]
     fn units_read_as_an_engineer_writes_them() {
@@ -103,6 +131,9 @@ mod tests {
         // What is above and below the line cancels.
         assert_eq!(Dimension::new(1, -1, 0).text("degC/s", "degC", ""), "1/s");
         assert_eq!(Dimension::new(1, -1, 0).text("kg/(m s)", "m^2", ""), "kg/(m^3 s)");
+        let over = |v| Dimension::VARIABLE.over(v).text("N m", "rad", "");
+        assert_eq!([Variable::Velocity, Variable::Time].map(over), ["rad/s", "s"]);
+        assert_eq!(Dimension::VARIABLE.text("N m", "rad", ""), "rad");
         // A power that is no whole number is part of the symbol.
         assert_eq!(Dimension::FORCE.text("m^2.5/s", "m", ""), "m^2.5/s");
     }

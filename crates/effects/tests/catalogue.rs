@@ -1,11 +1,11 @@
 //! The catalogue as a whole: names, completeness, units.
 
-use lacuna_effects::{Acts, CATALOGUE, Dimension, Law, find};
+use lacuna_effects::{Acts, CATALOGUE, Dimension, Law, MOST_AMPLITUDES, find};
 use std::collections::BTreeSet;
 
-/// The class names of the design, but for unknown_function and parameter_error, which are no laws
-/// of this catalogue, and those that were added to it.
-const DESIGNED: [&str; 30] = [
+/// The class names of the design, but for parameter_error, which is no law, and those that were
+/// added to it.
+const DESIGNED: [&str; 31] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -36,6 +36,7 @@ const DESIGNED: [&str; 30] = [
     "linear_loss",
     "quadratic_loss",
     "overflow",
+    "unknown_function",
 ];
 
 #[test]
@@ -68,7 +69,7 @@ fn parameters_have_unique_names_and_laws_use_them_all() {
             assert!(!names.contains(key), "{}", effect.class);
         }
         if let Law::Force(law) = effect.law {
-            assert!((1..=4).contains(&law.amplitudes()), "{}", effect.class);
+            assert!((1..=MOST_AMPLITUDES).contains(&law.amplitudes()), "{}", effect.class);
         }
     }
 }
@@ -101,6 +102,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("hidden_resonance", &["N s^2/m", "1/s", "1"], &["N m s^2/rad", "1/s", "1"]),
         ("periodic_disturbance", &["N", "1/s", "1"], &["N m", "1/s", "1"]),
         ("step_change", &["N", "s"], &["N m", "s"]),
+        ("unknown_function", &["N", "m", "m", "1"], &["N m", "rad", "rad", "1"]),
         ("sensor_scale", &["1"], &["1"]),
         ("sensor_bias", &["m"], &["rad"]),
         ("sensor_delay", &["s"], &["s"]),

@@ -233,7 +233,8 @@ fn screened_shapes_are_in_range_for_any_machine() {
                 Law::Input(law) => (law.shapes(&scales(size)), 0),
                 Law::Sensor(_) => continue,
             };
-            assert!(!shapes.is_empty(), "{}", effect.class);
+            // What is learned is not screened.
+            assert_eq!(shapes.is_empty(), effect.class == "unknown_function", "{}", effect.class);
             for shape in shapes {
                 let amplitudes = vec![1.0; shift];
                 let physical = match effect.law {

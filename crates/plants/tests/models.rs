@@ -138,7 +138,7 @@ fn mistakes_in_effects_are_told() {
     let with = |effect: &str| error(&format!("{TWO_LINK}\n[[effect]]\n{effect}\n"));
     let e = with("class = \"coulomb\"\nchannel = \"q1\"");
     assert!(
-        e.contains("did you mean 'coulomb_friction'") && e.starts_with("model.toml:26:"),
+        e.contains("did you mean 'coulomb_friction'") && e.starts_with("model.toml:27:9: "),
         "{e}"
     );
     let e = with("class = \"coulomb_friction\"\nchannel = \"q9\"\nmagnitude = 1");

@@ -90,17 +90,16 @@ fn conceal(seed: u64) -> Result<Truth, Box<dyn Error>> {
     let mut model = Model::from_text(MODEL, "model.toml")?;
     let values: Vec<f64> =
         limits.iter().map(|[a, b]| a + (b - a) * rng.random_range(0.0..1.0)).collect();
-    let units = model.effect_units(effect, 0);
-    let parameters = values.iter().zip(units).map(|(v, unit)| (*v, None, unit)).collect();
-    let channel = model.coordinates[0].name.clone();
     let std = vec![None; values.len()];
-    model.effects.push(ModelEffect { effect, channel: 0, other: None, parameters: values, std });
+    let concealed = ModelEffect { effect, channel: 0, other: None, parameters: values, std };
+    let effect = NewEffect::of(&model, &concealed);
+    model.effects.push(concealed);
     let which = rng.random_range(0..model.parameters.len());
     let p = &mut model.parameters[which];
     let nominal = p.value;
     p.value *= rng.random_range(0.94..1.06);
     let calibrated = (p.name.clone(), nominal, p.value);
-    Ok(Truth { effect: NewEffect { effect, channel, other: None, parameters }, model, calibrated })
+    Ok(Truth { effect, model, calibrated })
 }
 
 /// Simulate the true machine and write what its sensors see.

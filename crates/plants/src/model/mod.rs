@@ -14,7 +14,7 @@ pub use write::{Augmentation, NewEffect, augmented_text};
 
 use crate::Hold;
 use crate::expression::{Graph, NodeId};
-use lacuna_effects::{Effect, Law};
+use lacuna_effects::{Effect, Law, Variable};
 
 /// A model file, read and checked.
 #[derive(Clone, Debug)]
@@ -91,10 +91,24 @@ pub struct ModelEffect {
     pub channel: usize,
     /// The other force channel of a coupling.
     pub other: Option<usize>,
-    /// Physical parameters, in the catalogue's order.
+    /// Physical values of the parameters, in the catalogue's order ([`Effect::values`]).
     pub parameters: Vec<f64>,
     /// Their standard deviations, where the file gives them.
     pub std: Vec<Option<f64>>,
+}
+
+impl ModelEffect {
+    /// What it depends on: of a curve, the variable that it is over.
+    #[must_use]
+    pub fn depends_on(&self) -> &'static [Variable] {
+        self.effect.variables(&self.parameters)
+    }
+
+    /// The variable that a curve is over; none for a formula.
+    #[must_use]
+    pub fn over(&self) -> Option<Variable> {
+        self.effect.over(&self.parameters)
+    }
 }
 
 /// What a column of the recordings measures.
@@ -207,9 +221,21 @@ impl Model {
         }
     }
 
-    /// Units of the physical parameters of an effect on a channel or input of this model.
+    /// Units of the physical values of an effect on a channel or input of this model; a curve is
+    /// taken as over the coordinate.
     #[must_use]
     pub fn effect_units(&self, effect: &Effect, channel: usize) -> Vec<String> {
+        self.effect_units_over(effect, channel, Variable::Coordinate)
+    }
+
+    /// The same, of a curve over this variable.
+    #[must_use]
+    pub fn effect_units_over(
+        &self,
+        effect: &Effect,
+        channel: usize,
+        over: Variable,
+    ) -> Vec<String> {
         let (force, coordinate, input) = match effect.law {
             Law::Force(_) => {
                 let index = self.coordinate_index(channel);
@@ -220,13 +246,25 @@ impl Model {
         };
         let first_order = matches!(effect.law, Law::Force(_)) && !self.is_coordinate(channel);
         let text = |p: &lacuna_effects::Parameter| {
-            let mut unit = p.unit;
+            let mut unit = p.unit.over(over);
             if first_order && unit == lacuna_effects::Dimension::VELOCITY {
                 unit = lacuna_effects::Dimension::COORDINATE;
             }
             unit.text(&force, &coordinate, &input)
         };
-        effect.parameters.iter().map(text).collect()
+        effect.values().map(text).collect()
+    }
+
+    /// Name of a variable of a force channel; a first-order state has no velocity, and of
+    /// another channel nothing is known here.
+    #[must_use]
+    pub fn variable_name(&self, channel: usize, variable: Variable) -> Option<&str> {
+        match variable {
+            Variable::Coordinate => Some(self.channel_name(channel)),
+            Variable::Velocity => self.coordinates.get(channel).map(|c| c.velocity.as_str()),
+            Variable::Time => Some(&self.time_column),
+            Variable::OtherCoordinate | Variable::OtherVelocity | Variable::Input => None,
+        }
     }
 
     /// Name of what an effect acts on.

@@ -1,13 +1,16 @@
 //! From the text of a model file to a [`Model`], every mistake with its place.
 
+mod channel;
+mod effect;
+mod value;
+
 use super::{
-    Coordinate, Measured, Measurement, Model, ModelEffect, ModelError, Nodes, Parameter, Place,
-    Quantity, System,
+    Coordinate, Measured, Measurement, Model, ModelError, Nodes, Parameter, Place, Quantity, System,
 };
 use crate::Hold;
-use crate::expression::{Graph, NodeId, nearest, parse};
+use crate::expression::{Graph, NodeId, parse};
+use effect::RawEffect;
 use indexmap::IndexMap;
-use lacuna_effects::{Acts, CATALOGUE, Effect, Law};
 use serde::Deserialize;
 use std::path::Path;
 use toml::Spanned;
@@ -79,30 +82,6 @@ struct RawState {
     #[serde(default)]
     unit: String,
     derivative: Spanned<String>,
-}
-
-#[derive(Deserialize)]
-struct RawEffect {
-    class: String,
-    channel: String,
-    other: Option<String>,
-    #[serde(flatten)]
-    parameters: IndexMap<String, RawValue>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "a number or a table with value, and perhaps std and unit")]
-enum RawValue {
-    Number(f64),
-    Table(RawValueTable),
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawValueTable {
-    value: f64,
-    std: Option<f64>,
-    unit: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -389,38 +368,6 @@ impl Reader<'_> {
         Ok(Measurement { column, unit, of, text: text.clone() })
     }
 
-    fn effect(&self, raw: &Spanned<RawEffect>, model: &Model) -> Result<ModelEffect, ModelError> {
-        let fail = |message: String| self.error(self.header(raw.span()), message);
-        let RawEffect { class, channel, other, parameters } = raw.get_ref();
-        let effect = lacuna_effects::find(class).ok_or_else(|| {
-            let classes: Vec<_> = CATALOGUE.iter().map(|e| e.class.to_owned()).collect();
-            let near = nearest(class, &classes);
-            let hint = near.map_or_else(String::new, |n| format!(", did you mean '{n}'?"));
-            fail(format!("unknown effect class '{class}'{hint}; there are {}", classes.join(", ")))
-        })?;
-        let index = effect_channel(model, effect, channel).map_err(&fail)?;
-        let other = match other {
-            Some(name) => Some(force_channel(model, name).map_err(&fail)?),
-            None => None,
-        };
-        let couples = effect.depends_on.contains(&lacuna_effects::Variable::OtherCoordinate)
-            || effect.depends_on.contains(&lacuna_effects::Variable::OtherVelocity);
-        if couples && other.is_none() {
-            return Err(fail(format!("{class} couples two channels: say other = \"...\"")));
-        }
-        let (values, std) = effect_parameters(model, effect, index, parameters).map_err(&fail)?;
-        Ok(ModelEffect { effect, channel: index, other, parameters: values, std })
-    }
-
-    /// The `[[effect]]` line of a table's span, which may cover only its entries.
-    fn header(&self, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
-        let before = &self.text[..span.start.min(self.text.len())];
-        match before.rfind("[[effect]]") {
-            Some(at) if !self.text[span.clone()].starts_with("[[effect]]") => at..at + 10,
-            _ => span.start..span.start + 10,
-        }
-    }
-
     /// A mass matrix that is singular at rest is a mistake in the file.
     fn check_mass(&self, model: &Model, raw: Option<&RawMechanics>) -> Result<(), ModelError> {
         let Some(raw) = raw else { return Ok(()) };
@@ -442,94 +389,4 @@ fn coordinate(raw: &RawCoordinate) -> Coordinate {
         velocity: raw.velocity.get_ref().clone(),
         unit: raw.unit.clone(),
     }
-}
-
-fn force_channel(model: &Model, name: &str) -> Result<usize, String> {
-    let names: Vec<_> = (0..model.channels()).map(|c| model.channel_name(c).to_owned()).collect();
-    names
-        .iter()
-        .position(|n| n == name)
-        .ok_or_else(|| format!("unknown channel '{name}'; there are {}", names.join(", ")))
-}
-
-/// Index of the channel, input or machine state that an effect acts on.
-fn effect_channel(model: &Model, effect: &Effect, name: &str) -> Result<usize, String> {
-    match effect.law {
-        Law::Force(_) => {
-            let channel = force_channel(model, name)?;
-            let fits = match effect.acts {
-                Acts::Coordinates => model.is_coordinate(channel),
-                Acts::States => !model.is_coordinate(channel),
-                _ => true,
-            };
-            if fits {
-                Ok(channel)
-            } else {
-                let kind = if effect.acts == Acts::States {
-                    "first-order states"
-                } else {
-                    "second-order coordinates"
-                };
-                Err(format!("{} acts on {kind}, and '{name}' is none", effect.class))
-            }
-        }
-        Law::Input(_) => model.inputs.iter().position(|i| i.name == name).ok_or_else(|| {
-            let names: Vec<_> = model.inputs.iter().map(|i| i.name.as_str()).collect();
-            format!("{} acts on an input; '{name}' is none of {}", effect.class, names.join(", "))
-        }),
-        Law::Sensor(_) => {
-            let states = 0..model.machine_states();
-            states.clone().find(|&i| model.state_name(i) == name).ok_or_else(|| {
-                let names: Vec<_> = states.map(|i| model.state_name(i)).collect();
-                format!(
-                    "{} acts on a measured channel; '{name}' is none of {}",
-                    effect.class,
-                    names.join(", ")
-                )
-            })
-        }
-    }
-}
-
-/// An effect's physical parameters in the catalogue's order, with their standard deviations.
-type Parameters = (Vec<f64>, Vec<Option<f64>>);
-
-fn effect_parameters(
-    model: &Model,
-    effect: &Effect,
-    channel: usize,
-    given: &IndexMap<String, RawValue>,
-) -> Result<Parameters, String> {
-    let known: Vec<_> = effect.parameters.iter().map(|p| p.name.to_owned()).collect();
-    if let Some(name) = given.keys().find(|name| !known.contains(name)) {
-        let list = known.join(", ");
-        return Err(format!("{} has no parameter '{name}'; it has {list}", effect.class));
-    }
-    let units = model.effect_units(effect, channel);
-    let mut values = Vec::new();
-    let mut stds = Vec::new();
-    for (p, expected) in effect.parameters.iter().zip(units) {
-        let (value, std, unit) = match given.get(p.name) {
-            Some(RawValue::Number(v)) => (*v, None, None),
-            Some(RawValue::Table(t)) => (t.value, t.std, t.unit.as_deref()),
-            None => {
-                let missing = || format!("{} needs '{}' ({expected})", effect.class, p.name);
-                (p.default.ok_or_else(missing)?, None, None)
-            }
-        };
-        if let Some(unit) = unit.filter(|u| *u != expected) {
-            return Err(format!("'{}' is given in {unit}; here it must be in {expected}", p.name));
-        }
-        if !p.range.contains(value) {
-            let range = match p.range {
-                lacuna_effects::Range::Any => "finite",
-                lacuna_effects::Range::NonNegative => "0 or more",
-                lacuna_effects::Range::Positive => "more than 0",
-            };
-            return Err(format!("'{}' must be {range}; found {value}", p.name));
-        }
-        values.push(value);
-        stds.push(std);
-    }
-    Ok((values, stds))
 }

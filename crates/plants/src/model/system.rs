@@ -3,7 +3,7 @@
 use super::{Model, ModelEffect};
 use crate::Plant;
 use crate::expression::{Bound, Program};
-use lacuna_effects::{ForceLaw, Law, Local};
+use lacuna_effects::{ForceLaw, Law, Local, MOST_AMPLITUDES};
 
 /// The model's equations, compiled; parameters are free.
 #[derive(Clone, Debug)]
@@ -134,7 +134,7 @@ impl System {
     /// Add the effects' forces to `force` and write their memories' rates.
     fn add_effects(&self, t: f64, state: &[f64], force: &mut [f64], derivative: &mut [f64]) {
         let machine = self.machine_states();
-        let mut basis = [0.0; 4];
+        let mut basis = [0.0; MOST_AMPLITUDES];
         for f in &self.forces {
             let at = self.local(f, t, state);
             let range = machine + f.memory..machine + f.memory + f.law.memory();

@@ -1,8 +1,8 @@
 //! A model file with calibrated parameters and effects added, everything else as it was.
 
-use super::{Model, ModelError};
-use lacuna_effects::Effect;
-use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
+use super::{Model, ModelEffect, ModelError};
+use lacuna_effects::{Effect, Kind, Parameter, Variable};
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
 /// What to change in a model file.
 #[derive(Clone, Debug, Default)]
@@ -22,19 +22,44 @@ pub struct NewEffect {
     pub channel: String,
     /// Name of the other channel of a coupling.
     pub other: Option<String>,
-    /// Physical parameters in the catalogue's order: value, standard deviation, unit.
+    /// Physical values in the catalogue's order ([`Effect::values`]): value, standard deviation,
+    /// unit.
     pub parameters: Vec<(f64, Option<f64>, String)>,
+}
+
+impl NewEffect {
+    /// An effect of a model, to be written into its file.
+    #[must_use]
+    pub fn of(model: &Model, e: &ModelEffect) -> Self {
+        let over = e.over().unwrap_or(Variable::Coordinate);
+        let units = model.effect_units_over(e.effect, e.channel, over);
+        let values = e.parameters.iter().zip(&e.std).zip(units);
+        Self {
+            effect: e.effect,
+            channel: model.effect_channel_name(e.effect, e.channel).to_owned(),
+            other: e.other.map(|o| model.channel_name(o).to_owned()),
+            parameters: values.map(|((value, std), unit)| (*value, *std, unit)).collect(),
+        }
+    }
+
+    /// Name of the variable that a curve is over.
+    fn over<'m>(&self, model: &'m Model) -> Option<&'m str> {
+        let values: Vec<f64> = self.parameters.iter().map(|p| p.0).collect();
+        let channel = (0..model.channels()).find(|&c| model.channel_name(c) == self.channel)?;
+        model.variable_name(channel, self.effect.over(&values)?)
+    }
 }
 
 /// The text of a model file with an augmentation; comments and layout stay as they are.
 ///
 /// # Errors
-/// [`ModelError`] when `text` is no TOML.
+/// [`ModelError`] when `text` is no model.
 pub fn augmented_text(
     text: &str,
     file: &str,
     augmentation: &Augmentation,
 ) -> Result<String, ModelError> {
+    let model = Model::from_text(text, file)?;
     let mut document: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| ModelError {
         file: file.to_owned(),
         place: None,
@@ -52,7 +77,7 @@ pub fn augmented_text(
         return Err(ModelError { file: file.to_owned(), place: None, message: message.to_owned() });
     };
     for effect in &augmentation.effects {
-        list.push(table(effect));
+        list.push(table(effect, &model));
     }
     if augmentation.effects.is_empty()
         && document["effect"].as_array_of_tables().is_some_and(ArrayOfTables::is_empty)
@@ -64,21 +89,43 @@ pub fn augmented_text(
     Ok(out)
 }
 
-fn table(new: &NewEffect) -> Table {
+fn table(new: &NewEffect, model: &Model) -> Table {
     let mut table = Table::new();
     table["class"] = value(new.effect.class);
     table["channel"] = value(&new.channel);
     if let Some(other) = &new.other {
         table["other"] = value(other);
     }
-    for (parameter, (number, std, unit)) in new.effect.parameters.iter().zip(&new.parameters) {
-        let mut entry = InlineTable::new();
-        entry.insert("value", Value::from(*number));
-        if let Some(std) = std {
-            entry.insert("std", Value::from(*std));
+    let mut rest = &new.parameters[..];
+    for parameter in new.effect.parameters {
+        let (own, others) = rest.split_at(parameter.kind.values().min(rest.len()));
+        rest = others;
+        if let Some(entry) = entry(parameter, own, new.over(model)) {
+            table[parameter.name] = entry;
         }
-        entry.insert("unit", Value::from(unit.as_str()));
-        table[parameter.name] = value(entry);
     }
     table
+}
+
+/// The values of one parameter; nothing where there are none.
+fn entry(p: &Parameter, own: &[(f64, Option<f64>, String)], over: Option<&str>) -> Option<Item> {
+    let (number, std, unit) = own.first()?;
+    let mut entry = InlineTable::new();
+    match p.kind {
+        Kind::Variable => return over.map(value),
+        Kind::Number => {
+            entry.insert("value", Value::from(*number));
+            if let Some(std) = std {
+                entry.insert("std", Value::from(*std));
+            }
+        }
+        Kind::Numbers(_) => {
+            entry.insert("values", Value::Array(own.iter().map(|v| v.0).collect::<Array>()));
+            if let Some(all) = own.iter().map(|v| v.1).collect::<Option<Array>>() {
+                entry.insert("std", Value::Array(all));
+            }
+        }
+    }
+    entry.insert("unit", Value::from(unit.as_str()));
+    Some(value(entry))
 }

@@ -1,0 +1,50 @@
+//! The channels that an effect names.
+
+use crate::model::Model;
+use lacuna_effects::{Acts, Effect, Law};
+
+/// Index of a force channel.
+pub(super) fn force_channel(model: &Model, name: &str) -> Result<usize, String> {
+    let names: Vec<_> = (0..model.channels()).map(|c| model.channel_name(c)).collect();
+    let found = names.iter().position(|n| *n == name);
+    found.ok_or_else(|| format!("unknown channel '{name}'; there are {}", names.join(", ")))
+}
+
+/// That an effect does not act on a channel.
+pub(super) fn acts_on(effect: &Effect, name: &str) -> String {
+    let kind = match effect.acts {
+        Acts::States => "first-order states",
+        _ => "second-order coordinates",
+    };
+    format!("{} acts on {kind}, and '{name}' is none", effect.class)
+}
+
+/// Index of the channel, input or machine state that an effect acts on.
+pub(super) fn effect_channel(model: &Model, effect: &Effect, name: &str) -> Result<usize, String> {
+    match effect.law {
+        Law::Force(_) => {
+            let channel = force_channel(model, name)?;
+            let fits = match effect.acts {
+                Acts::Coordinates => model.is_coordinate(channel),
+                Acts::States => !model.is_coordinate(channel),
+                _ => true,
+            };
+            if fits { Ok(channel) } else { Err(acts_on(effect, name)) }
+        }
+        Law::Input(_) => model.inputs.iter().position(|i| i.name == name).ok_or_else(|| {
+            let names: Vec<_> = model.inputs.iter().map(|i| i.name.as_str()).collect();
+            format!("{} acts on an input; '{name}' is none of {}", effect.class, names.join(", "))
+        }),
+        Law::Sensor(_) => {
+            let states = 0..model.machine_states();
+            states.clone().find(|&i| model.state_name(i) == name).ok_or_else(|| {
+                let names: Vec<_> = states.map(|i| model.state_name(i)).collect();
+                format!(
+                    "{} acts on a measured channel; '{name}' is none of {}",
+                    effect.class,
+                    names.join(", ")
+                )
+            })
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The value of an effect's entry, in the ways in which it can be written.
+
+use lacuna_effects::{Kind, Parameter, Range};
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "a number, a name, a list of numbers, or a table with value (or values), and perhaps std and unit"
+)]
+pub(super) enum RawValue {
+    Number(f64),
+    Text(String),
+    Numbers(Vec<f64>),
+    Table(RawNumber),
+    Curve(RawNumbers),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawNumber {
+    value: f64,
+    std: Option<f64>,
+    unit: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawNumbers {
+    values: Vec<f64>,
+    std: Option<Vec<f64>>,
+    unit: Option<String>,
+}
+
+/// Values of a parameter with their standard deviations.
+pub(super) struct Given {
+    pub values: Vec<f64>,
+    pub std: Vec<Option<f64>>,
+}
+
+impl RawValue {
+    /// What is given for a parameter in this unit.
+    pub fn given(&self, p: &Parameter, unit: &str) -> Result<Given, String> {
+        let (given, written) = self.numbers(p)?;
+        if let Some(written) = written.filter(|w| *w != unit) {
+            return Err(format!("'{}' is given in {written}; here it must be in {unit}", p.name));
+        }
+        let outside = |v: &&f64| !p.range.contains(**v);
+        if let Some(value) = given.values.iter().find(outside) {
+            let range = match p.range {
+                Range::Any => "finite",
+                Range::NonNegative => "0 or more",
+                Range::Positive => "more than 0",
+            };
+            return Err(format!("'{}' must be {range}; found {value}", p.name));
+        }
+        Ok(given)
+    }
+
+    fn numbers(&self, p: &Parameter) -> Result<(Given, Option<&str>), String> {
+        let one = |value: f64, std| Given { values: vec![value], std: vec![std] };
+        let several = |values: &[f64], std: Option<&[f64]>| Given {
+            values: values.to_vec(),
+            std: std.map_or_else(
+                || vec![None; values.len()],
+                |all| all.iter().copied().map(Some).collect(),
+            ),
+        };
+        match (p.kind, self) {
+            (Kind::Number, Self::Number(v)) => Ok((one(*v, None), None)),
+            (Kind::Number, Self::Table(t)) => Ok((one(t.value, t.std), t.unit.as_deref())),
+            (Kind::Numbers(n), Self::Numbers(values)) => {
+                check_count(p.name, "values", n, values.len())?;
+                Ok((several(values, None), None))
+            }
+            (Kind::Numbers(n), Self::Curve(t)) => {
+                check_count(p.name, "values", n, t.values.len())?;
+                let std = t.std.as_deref();
+                check_count(p.name, "standard deviations", n, std.map_or(n, <[f64]>::len))?;
+                Ok((several(&t.values, std), t.unit.as_deref()))
+            }
+            (Kind::Numbers(n), _) => Err(format!(
+                "'{}' holds {n} values: {} = {{ values = [...], unit = \"...\" }}",
+                p.name, p.name
+            )),
+            _ => Err(format!("'{}' is one number, or a table with its value", p.name)),
+        }
+    }
+}
+
+fn check_count(name: &str, what: &str, expected: usize, found: usize) -> Result<(), String> {
+    if expected == found {
+        return Ok(());
+    }
+    Err(format!("'{name}' must hold {expected} {what}; found {found}"))
+}
