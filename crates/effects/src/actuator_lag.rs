@@ -26,11 +26,12 @@ impl InputLaw for ActuatorLag {
             if k + 1 < times.len() {
                 step = times[k + 1] - times[k];
             }
-            let decay = (-step / tau).exp();
+            // What of the difference has gone by the step's end; of a slow lag hardly any.
+            let gone = -(-step / tau).exp_m1();
             // The mean over the step of u + (state - u) exp(-t / tau).
-            let share = if step > 0.0 { tau / step * (1.0 - decay) } else { 1.0 };
+            let share = if step > 0.0 { tau / step * gone } else { 1.0 };
             out.push(u + (state - u) * share);
-            state = u + (state - u) * decay;
+            state += (u - state) * gone;
         }
         out
     }

@@ -204,14 +204,15 @@ pub(crate) fn smoothing_velocities(scales: &Scales) -> [f64; 3] {
     [0.01, 0.04, 0.15].map(|share| share * scales.v)
 }
 
-/// Series value `delay` seconds earlier, averaged over each step, for a held series.
+/// Series value `delay` seconds earlier, averaged over each step, for a held series. Before the
+/// series its first value was held.
 pub(crate) fn delayed(times: &[f64], held: &[f64], delay: f64) -> Vec<f64> {
     let integral = running_integral(times, held);
     let at = |t: f64| {
         let k = times.partition_point(|&s| s <= t).saturating_sub(1);
         integral[k] + held[k] * (t - times[k])
     };
-    let last = times.len() - 1;
+    let last = times.len().saturating_sub(1);
     (0..times.len())
         .map(|k| {
             let (a, b) = match k {
@@ -219,6 +220,10 @@ pub(crate) fn delayed(times: &[f64], held: &[f64], delay: f64) -> Vec<f64> {
                 _ if k == last => (times[k], 2.0 * times[k] - times[k - 1]),
                 _ => (times[k], times[k + 1]),
             };
+            // The difference below would be lost in the digits of a long delay.
+            if b - delay <= times[0] {
+                return held[0];
+            }
             (at(b - delay) - at(a - delay)) / (b - a)
         })
         .collect()

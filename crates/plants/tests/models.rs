@@ -155,4 +155,10 @@ fn mistakes_in_effects_are_told() {
     assert!(e.contains("acts on an input"), "{e}");
     let e = with("class = \"coupling_stiffness\"\nchannel = \"q1\"\nstiffness = 1");
     assert!(e.contains("other"), "{e}");
+    let e = with("class = \"coupling_stiffness\"\nchannel = \"q1\"\nother = \"q1\"\nstiffness = 1");
+    assert!(e.starts_with("model.toml:29:9: ") && e.contains("'q1' is named twice"), "{e}");
+    let e = with("class = \"linear_stiffness\"\nchannel = \"q1\"\nother = \"q2\"\nstiffness = 1");
+    assert!(e.starts_with("model.toml:29:9: ") && e.contains("one channel alone"), "{e}");
+    let e = with("class = \"linear_stiffness\"\nchannel = \"q1\"\nstifness = 1");
+    assert!(e.starts_with("model.toml:29:1: ") && e.contains("no parameter 'stifness'"), "{e}");
 }

@@ -11,7 +11,7 @@ pub(super) fn force_channel(model: &Model, name: &str) -> Result<usize, String> 
 }
 
 /// That an effect does not act on a channel.
-pub(super) fn acts_on(effect: &Effect, name: &str) -> String {
+fn acts_on(effect: &Effect, name: &str) -> String {
     let kind = match effect.acts {
         Acts::States => "first-order states",
         _ => "second-order coordinates",

@@ -1,12 +1,12 @@
 //! From an `[[effect]]` of a model file to a [`ModelEffect`].
 
 use super::Reader;
-use super::channel::{acts_on, effect_channel, force_channel};
+use super::channel::{effect_channel, force_channel};
 use super::value::{Given, RawValue};
 use crate::expression::nearest;
 use crate::model::{Model, ModelEffect, ModelError};
 use indexmap::IndexMap;
-use lacuna_effects::{Acts, CATALOGUE, Effect, Kind, Parameter, Variable};
+use lacuna_effects::{CATALOGUE, Effect, Kind, Parameter, Variable};
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
@@ -120,9 +120,6 @@ impl RawEffect {
         let other = force_channel(model, name).map_err(&at)?;
         if other == channel {
             return Err(at(format!("{class} couples two channels; '{name}' is named twice")));
-        }
-        if effect.acts == Acts::Coordinates && !model.is_coordinate(other) {
-            return Err(at(acts_on(effect, name)));
         }
         Ok(Some(other))
     }
