@@ -358,7 +358,8 @@ fn models_that_cannot_be_used_are_refused_with_their_place() {
 
     let effect = "\n[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = { value = 1.0, unit = \"N\" }\n";
     let said = with("unit.toml", format!("{MODEL}{effect}"));
-    assert!(said.contains("unit.toml:22:") && said.contains("N m"), "{said}");
+    // The entry that is wrong.
+    assert!(said.contains("unit.toml:25:13:") && said.contains("N m"), "{said}");
 
     let measurement = "\n[[measurement]]\ncolumn = \"q\"\nof = \"q\"\nunit = \"kg\"\n";
     let said = with("mass.toml", format!("{MODEL}{measurement}"));
