@@ -22,6 +22,7 @@
 //! with `cargo run -p experiments -- NAME`.
 
 pub mod cli;
+pub mod concealed;
 pub mod duffing;
 pub mod duffing_data;
 pub mod duffing_montecarlo;
