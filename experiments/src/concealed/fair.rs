@@ -129,15 +129,17 @@ fn sealed(draft: &Draft, motions: &[Motion], k: usize) -> Option<SealedEffect> {
         Concealed::Beyond(law, channel) => beyond(&draft.nominal, law, *channel),
     };
     effect.gap_over_noise = calibrated;
+    // What other parameters would explain down to the noise, far off or not, may be called so.
+    if greatest(&found.free) < 1.0 {
+        effect.accept.push(Name::new("parameter_error", ""));
+    }
     if calibrated >= LEAST_GAP {
         return Some(effect);
     }
-    let like_a_parameter = LIKE_A_PARAMETER.contains(&effect.name.class.as_str());
-    if raw < LEAST_GAP || !like_a_parameter {
+    if raw < LEAST_GAP || !LIKE_A_PARAMETER.contains(&effect.name.class.as_str()) {
         return None;
     }
     effect.gap_over_noise = raw;
-    effect.accept.push(Name::new("parameter_error", ""));
     let inputs = draft.nominal.inputs.iter().map(|i| Name::new("gain_error", &i.name));
     effect.accept.extend(inputs.filter(|n| *n != effect.name));
     Some(effect)

@@ -41,6 +41,8 @@ pub struct Gap {
     pub raw: Vec<f64>,
     /// With the parameters at their best.
     pub calibrated: Vec<f64>,
+    /// With the parameters at their best whatever their tolerance.
+    pub free: Vec<f64>,
     /// Half the squared misfit over all samples (nats) that remains at the best parameters and at
     /// the best amplitude of each rival.
     pub rivals: Vec<f64>,
@@ -92,18 +94,21 @@ pub fn gap(
         }
     }
     let stride = stride(shown[0].0.times.len() / WINDOWS) as f64;
-    let (best, _) = solve(&parts, &(0..parameters).collect::<Vec<_>>(), parameters, stride);
-    let count = outputs.len();
+    let all: Vec<usize> = (0..parameters).collect();
+    let (best, _) = solve(&parts, &all, parameters, stride);
+    let (free, _) = solve(&parts, &all, 0, stride);
+    let left = |at: &DVector<f64>| {
+        let misfits = parts.iter().map(|p| &p.misfit - p.columns.columns(0, parameters) * at);
+        by_output(misfits, outputs.len())
+    };
     let rivals = (0..rivals.len()).map(|k| {
         let columns: Vec<usize> = (0..parameters).chain([parameters + k]).collect();
         solve(&parts, &columns, parameters, stride).1
     });
     Ok(Gap {
-        raw: by_output(parts.iter().map(|p| p.misfit.clone()), count),
-        calibrated: by_output(
-            parts.iter().map(|p| &p.misfit - p.columns.columns(0, parameters) * &best),
-            count,
-        ),
+        raw: by_output(parts.iter().map(|p| p.misfit.clone()), outputs.len()),
+        calibrated: left(&best),
+        free: left(&free),
         rivals: rivals.collect(),
     })
 }

@@ -51,14 +51,18 @@ impl fmt::Display for Proportion {
 mod tests {
     use super::*;
 
-    /// Values of R's `binom::binom.wilson`.
+    /// The interval holds the shares p with `|count/n - p| <= z sqrt(p (1 - p)/n)`.
     #[test]
     fn intervals_are_wilsons() {
-        for (count, of, low, high) in [(8, 10, 0.490_162_5, 0.943_317_8), (0, 20, 0.0, 0.161_125_4)]
-        {
-            let [a, b] = Proportion::new(count, of).interval.unwrap();
-            assert!((a - low).abs() < 1e-6 && (b - high).abs() < 1e-6, "{a} {b}");
+        for (count, of) in [(8, 10), (0, 20), (20, 20), (1, 3)] {
+            let n = of as f64;
+            for p in Proportion::new(count, of).interval.unwrap() {
+                let off = (count as f64 / n - p).abs() - Z * (p * (1.0 - p) / n).sqrt();
+                assert!(off.abs() < 1e-12, "{count} of {of}: {p}");
+            }
         }
+        let [low, high] = Proportion::new(8, 10).interval.unwrap();
+        assert!(low < 0.8 && 0.8 < high);
         assert_eq!(Proportion::new(0, 0).share, None);
     }
 }

@@ -15,7 +15,7 @@ use super::summary::{Bin, Summary, confusion, reliability};
 use super::tool::Tool;
 use crate::StudyError;
 use crate::cli::Common;
-use crate::{output, progress};
+use crate::{figures, output, progress};
 
 /// Name of the study, and of the directory of its results.
 pub const NAME: &str = "concealed-physics";
@@ -92,6 +92,10 @@ pub fn run(settings: &Settings, common: &Common) -> Result<(), StudyError> {
     };
     let directory = common.out.join(NAME);
     let file = output::write_json(&directory, "statistics", &results)?;
+    let svg = figures::concealed::confusion(&results.confusion)?;
+    output::write_figure(&directory, "confusion", &svg)?;
+    let svg = figures::concealed::reliability(&results.reliability)?;
+    output::write_figure(&directory, "reliability", &svg)?;
     if !common.quiet {
         print::results(&results);
         println!("wrote {}", file.display());

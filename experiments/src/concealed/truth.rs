@@ -88,10 +88,11 @@ impl Machine {
             force[channel] += law.force(at, &state[begin..end], &mut derivative[begin..end]);
             begin = end;
         }
-        let mass = DMatrix::from_row_slice(n, n, &own[..n * n]);
-        // The model reader has refused singular mass matrices; one on the way would diverge.
-        if let Some(a) = mass.lu().solve(&DVector::from_column_slice(&force[..n])) {
-            (0..n).for_each(|i| derivative[n + i] += a[i]);
+        if n > 0 {
+            let mass = DMatrix::from_row_slice(n, n, &own[..n * n]);
+            let a = mass.lu().solve(&DVector::from_column_slice(&force[..n]));
+            // A mass matrix that turns singular ends the run as one that diverges.
+            (0..n).for_each(|i| derivative[n + i] += a.as_ref().map_or(f64::NAN, |a| a[i]));
         }
         (n..force.len()).for_each(|i| derivative[n + i] += force[i]);
     }
