@@ -200,7 +200,11 @@ fn suits(pair: &[Concealed; 2]) -> bool {
         CatalogueLaw::Sensor(_) => false,
     };
     let inputs = [a, b].iter().filter(|e| matches!(e.effect.law, CatalogueLaw::Input(_))).count();
-    a.effect.class != b.effect.class && simple(a) && simple(b) && inputs < 2
+    let classes = [a.effect.class, b.effect.class];
+    // Together the law of one asymmetric friction.
+    let one = classes.contains(&"constant_force")
+        && (classes.contains(&"coulomb_friction") || classes.contains(&"asymmetric_friction"));
+    classes[0] != classes[1] && !one && simple(a) && simple(b) && inputs < 2
 }
 
 fn known(
@@ -255,6 +259,7 @@ fn hide(noise: Noise, rng: &mut ChaCha8Rng) -> Concealment {
         quantum: with(0.3, 1.0, 3.0),
         dropped: with(0.25, 0.01, 0.06),
         velocities: with(0.25, 1.0, 1.0) > 0.0,
+        inner_states: with(0.5, 1.0, 1.0) > 0.0,
         colour: with(if noise == Noise::Coloured { 1.0 } else { 0.0 }, 0.6, 0.95),
         jitter: with(if noise == Noise::Jitter { 1.0 } else { 0.0 }, 0.05, 0.25),
     }
@@ -264,7 +269,8 @@ fn outputs(spec: &PlantSpec, model: &Model, how: &Concealment, scout: &Motion) -
     let n = model.coordinates.len();
     let measured = |i: &usize| {
         let velocity = (n..2 * n).contains(i);
-        (how.velocities || !velocity) && !spec.unmeasured.contains(&model.state_name(*i))
+        let inner = spec.inner.contains(&model.state_name(*i));
+        (how.velocities || !velocity) && (how.inner_states || !inner)
     };
     let output = |entry: usize| {
         let series = scout.series(entry);

@@ -70,7 +70,7 @@ pub fn couples(effect: &Effect) -> bool {
 fn sensors(spec: &PlantSpec, model: &Model) -> Vec<usize> {
     let n = model.coordinates.len();
     (0..model.machine_states())
-        .filter(|&i| !(n..2 * n).contains(&i) && !spec.unmeasured.contains(&model.state_name(i)))
+        .filter(|&i| !(n..2 * n).contains(&i) && !spec.inner.contains(&model.state_name(i)))
         .collect()
 }
 

@@ -10,6 +10,7 @@ use super::draw::{Concealed, Draft, RECORDINGS, TESTS};
 use super::effects::couples;
 use super::gap::{Output, Shown, WINDOWS, gap, greatest};
 use super::off_formula::Law;
+use super::rivals::as_good;
 use super::sealed::{Area, Matter, Name, SealedEffect};
 use super::sensor::seen;
 use super::topic::Topic;
@@ -122,7 +123,8 @@ fn sealed(draft: &Draft, motions: &[Motion], k: usize) -> Option<SealedEffect> {
     });
     let mut without = draft.calibrated.clone();
     without.effects = known.collect();
-    let found = gap(&without, &shown(draft, motions), &draft.outputs, &[]).ok()?;
+    let shown = shown(draft, motions);
+    let found = gap(&without, &shown, &draft.outputs, &[]).ok()?;
     let (raw, calibrated) = (greatest(&found.raw), greatest(&found.calibrated));
     let mut effect = match &draft.effects[k] {
         Concealed::Known(e) => catalogued(draft, e),
@@ -134,6 +136,10 @@ fn sealed(draft: &Draft, motions: &[Motion], k: usize) -> Option<SealedEffect> {
         effect.accept.push(Name::new("parameter_error", ""));
     }
     if calibrated >= LEAST_GAP {
+        let known = std::iter::once(&effect.name).chain(&effect.accept).cloned();
+        let known: Vec<Name> = known.collect();
+        let rivals = as_good(draft.spec, &without, &draft.scales, &shown, &draft.outputs);
+        effect.accept.extend(rivals.into_iter().filter(|r| !known.contains(r)));
         return Some(effect);
     }
     if raw < LEAST_GAP || !LIKE_A_PARAMETER.contains(&effect.name.class.as_str()) {
@@ -161,6 +167,10 @@ fn catalogued(draft: &Draft, e: &ModelEffect) -> SealedEffect {
     let parameters: serde_json::Map<_, _> =
         parameters.map(|(p, v)| (p.name.to_owned(), json!(v))).collect();
     let mut accept = Vec::new();
+    // Coulomb friction and a constant force are the same law.
+    if class == "asymmetric_friction" {
+        accept.push(Name::new("coulomb_friction", &channel));
+    }
     if let (true, Some(other)) = (couples(e.effect), &other) {
         accept.push(Name::new(class, other));
     }

@@ -1,11 +1,11 @@
 //! Cases as files: what the diagnosis sees, and what stays under seal in another directory.
 //!
 //! ```text
-//! WORK/cases/ID/model.toml               the model
-//! WORK/cases/ID/recordings/run01.csv     what it is diagnosed with
-//! WORK/sealed/ID/truth.json              what is concealed
-//! WORK/sealed/ID/states/run01.csv        true states at the rows of run01.csv
-//! WORK/sealed/ID/test/test01.csv         recordings for the proof
+//! OPEN/ID/model.toml               the model
+//! OPEN/ID/recordings/run01.csv     what it is diagnosed with
+//! SEALED/ID/truth.json             what is concealed
+//! SEALED/ID/states/run01.csv       true states at the rows of run01.csv
+//! SEALED/ID/test/test01.csv        recordings for the proof
 //! ```
 
 use lacuna_recordings::{Recording, write_csv_with_time};
@@ -27,9 +27,9 @@ pub struct Folders {
 }
 
 impl Folders {
-    /// The folders of a case within a directory.
-    pub fn of(work: &Path, id: &str) -> Self {
-        Self { open: work.join("cases").join(id), sealed: work.join("sealed").join(id) }
+    /// The folders of a case within those of all cases.
+    pub fn of(open: &Path, sealed: &Path, id: &str) -> Self {
+        Self { open: open.join(id), sealed: sealed.join(id) }
     }
 
     /// Recordings that the diagnosis is given, relative to [`Folders::open`].

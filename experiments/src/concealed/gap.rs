@@ -43,9 +43,21 @@ pub struct Gap {
     pub calibrated: Vec<f64>,
     /// With the parameters at their best whatever their tolerance.
     pub free: Vec<f64>,
-    /// Half the squared misfit over all samples (nats) that remains at the best parameters and at
-    /// the best amplitude of each rival.
-    pub rivals: Vec<f64>,
+    /// Half the squared misfit over all samples (nats) at the best parameters.
+    pub nats: f64,
+    /// What is left at the best amplitude of each rival.
+    pub rivals: Vec<Left>,
+}
+
+/// What a rival leaves at its best, linearised.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Left {
+    /// Half the squared misfit (nats), parameters moved as well.
+    pub nats: f64,
+    /// The rival's amplitude.
+    pub amplitude: f64,
+    /// How far the uncertain parameters move, in their tolerances.
+    pub parameters: Vec<f64>,
 }
 
 /// The greatest of some gaps.
@@ -95,7 +107,7 @@ pub fn gap(
     }
     let stride = stride(shown[0].0.times.len() / WINDOWS) as f64;
     let all: Vec<usize> = (0..parameters).collect();
-    let (best, _) = solve(&parts, &all, parameters, stride);
+    let (best, nats) = solve(&parts, &all, parameters, stride);
     let (free, _) = solve(&parts, &all, 0, stride);
     let left = |at: &DVector<f64>| {
         let misfits = parts.iter().map(|p| &p.misfit - p.columns.columns(0, parameters) * at);
@@ -103,12 +115,15 @@ pub fn gap(
     };
     let rivals = (0..rivals.len()).map(|k| {
         let columns: Vec<usize> = (0..parameters).chain([parameters + k]).collect();
-        solve(&parts, &columns, parameters, stride).1
+        let (best, nats) = solve(&parts, &columns, parameters, stride);
+        let at = best.as_slice();
+        Left { nats, amplitude: at[parameters], parameters: at[..parameters].to_vec() }
     });
     Ok(Gap {
         raw: by_output(parts.iter().map(|p| p.misfit.clone()), outputs.len()),
         calibrated: left(&best),
         free: left(&free),
+        nats,
         rivals: rivals.collect(),
     })
 }

@@ -58,7 +58,7 @@ fn group(name: &str, s: &Summary) {
         println!("  {what:<22} {ours:<24} {}", theirs.unwrap_or_default());
     };
     let both = |what: &str, f: &dyn Fn(&Names) -> String| {
-        line(what, f(&s.names), s.peer.as_ref().map(f));
+        line(what, f(&s.names), Some(f(&s.peer)));
     };
     both("named", &|n| n.named.to_string());
     both("named in the top two", &|n| n.named_top2.to_string());
@@ -77,5 +77,5 @@ fn group(name: &str, s: &Summary) {
     }
     let [median, worst] = s.seconds;
     line("seconds", format!("{median:.1} median, {worst:.1} worst"), None);
-    line("no answer", s.crashes.to_string(), None);
+    line("no answer", s.crashes.to_string(), Some(s.peer_failed.to_string()));
 }

@@ -51,8 +51,10 @@ pub struct Row {
     pub seconds: f64,
     /// What went wrong, where the tool gave no diagnosis.
     pub crash: Option<String>,
-    /// Score of the peers' way on the same files; none where it gave no answer.
-    pub peer: Option<Score>,
+    /// Score of the peers' way on the same files; where it gave no answer, as if it found nothing.
+    pub peer: Score,
+    /// Whether the peers' way gave no answer.
+    pub peer_failed: bool,
 }
 
 /// Diagnose a case that has been written, break its seal, and score it.
@@ -93,7 +95,8 @@ pub fn judge(tool: &Tool, folders: &Folders) -> Result<Row, StudyError> {
         f1,
         seconds,
         crash,
-        peer: peer.map(|d| super::score::score(&truth, &d)),
+        peer_failed: peer.is_none(),
+        peer: super::score::score(&truth, &peer.unwrap_or_default()),
     })
 }
 

@@ -62,6 +62,8 @@ pub struct Concealment {
     pub dropped: f64,
     /// Whether velocities are recorded.
     pub velocities: bool,
+    /// Whether inner states are recorded.
+    pub inner_states: bool,
     /// Correlation of the noise from sample to sample; 0: white.
     pub colour: f64,
     /// Standard deviation of the time stamps, in sample steps.

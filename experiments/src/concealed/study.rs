@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use tempfile::TempDir;
 
 use super::case::{Case, Plan, plans};
 use super::files::Folders;
@@ -69,16 +70,8 @@ pub fn run(settings: &Settings, common: &Common) -> Result<(), StudyError> {
     let timeout = Duration::from_secs(settings.timeout);
     let threads = (cores / settings.jobs).max(1);
     let tool = Tool::find(settings.lacuna.as_deref(), timeout, threads)?;
-    let scratch;
-    let work: &Path = match &settings.keep {
-        Some(work) => work,
-        None => {
-            scratch = tempfile::tempdir()
-                .map_err(|source| StudyError::Write { path: std::env::temp_dir(), source })?;
-            scratch.path()
-        }
-    };
-    let rows = rows(settings, common, &tool, work)?;
+    let work = Work::new(settings.keep.as_deref())?;
+    let rows = rows(settings, common, &tool, &work)?;
     let results = Results {
         experiment: NAME.to_owned(),
         command: command(settings, common),
@@ -103,16 +96,42 @@ pub fn run(settings: &Settings, common: &Common) -> Result<(), StudyError> {
     Ok(())
 }
 
+/// Where the cases' files are: two directories that know nothing of each other, unless they are kept.
+struct Work {
+    open: PathBuf,
+    sealed: PathBuf,
+    _temporary: Vec<TempDir>,
+}
+
+impl Work {
+    fn new(keep: Option<&Path>) -> Result<Self, StudyError> {
+        if let Some(keep) = keep {
+            let (open, sealed) = (keep.join("cases"), keep.join("sealed"));
+            return Ok(Self { open, sealed, _temporary: Vec::new() });
+        }
+        let temporary = || {
+            tempfile::tempdir()
+                .map_err(|source| StudyError::Write { path: std::env::temp_dir(), source })
+        };
+        let (open, sealed) = (temporary()?, temporary()?);
+        Ok(Self {
+            open: open.path().to_path_buf(),
+            sealed: sealed.path().to_path_buf(),
+            _temporary: vec![open, sealed],
+        })
+    }
+}
+
 fn rows(
     settings: &Settings,
     common: &Common,
     tool: &Tool,
-    work: &Path,
+    work: &Work,
 ) -> Result<Vec<Row>, StudyError> {
     let plans = plans(common.seed, settings.cases, settings.group);
     let bar = progress::bar(plans.len(), "cases", common.quiet);
     let one = |plan: &Plan| {
-        let folders = Folders::of(work, &plan.id);
+        let folders = Folders::of(&work.open, &work.sealed, &plan.id);
         folders.write(&Case::draw(common.seed, plan)?)?;
         let row = judge(tool, &folders)?;
         if !common.quiet {

@@ -56,15 +56,16 @@ pub struct Summary {
     /// Median and greatest wall time of a diagnosis (s).
     pub seconds: [f64; 2],
     /// What the peers' way finds on the same files.
-    pub peer: Option<Names>,
+    pub peer: Names,
+    /// Cases on which the peers' way gave no answer.
+    pub peer_failed: usize,
 }
 
 impl Summary {
     /// Figures of some rows.
     pub fn of(rows: &[&Row]) -> Self {
         let scores: Vec<(&Row, &Score)> = rows.iter().map(|r| (*r, &r.score)).collect();
-        let peers: Vec<(&Row, &Score)> =
-            rows.iter().filter_map(|r| Some((*r, r.peer.as_ref()?))).collect();
+        let peers: Vec<(&Row, &Score)> = rows.iter().map(|r| (*r, &r.peer)).collect();
         let with_effect = || rows.iter().filter(|r| !r.truth.is_empty());
         let median = |values: Vec<f64>| (!values.is_empty()).then(|| quantile(&values, 0.5));
         let f1: Vec<f64> = rows.iter().flat_map(|r| r.f1.iter().copied()).collect();
@@ -84,7 +85,8 @@ impl Summary {
             localisation_f1: (!f1.is_empty())
                 .then(|| (f1.iter().sum::<f64>() / f1.len() as f64, f1.len())),
             seconds: [quantile(&seconds, 0.5), quantile(&seconds, 1.0)],
-            peer: (!peers.is_empty()).then(|| Names::of(&peers)),
+            peer: Names::of(&peers),
+            peer_failed: rows.iter().filter(|r| r.peer_failed).count(),
         }
     }
 }

@@ -14,6 +14,9 @@ const RIDGE: f64 = 1e-6;
 /// Share of a column that must be left once the parameters are taken out of it.
 const LEFT: f64 = 0.02;
 
+/// Share of a column that must be left once earlier terms are taken out of it as well.
+const DEPENDENT: f64 = 1e-4;
+
 /// The regression of one channel's residual, parameters taken out, everything of unit size.
 pub struct Problem {
     /// Columns of the library that are left, by their number.
@@ -41,17 +44,25 @@ impl Problem {
         let explained = 1.0 - target.norm_squared() / before.max(f64::MIN_POSITIVE);
         let mut kept = Vec::new();
         let mut columns = Vec::new();
+        let mut spanned = basis.clone();
         for (k, term) in terms.iter().enumerate() {
             let mut column = vector(&|r| (term.value)(&rows[r].sample(channel)));
             let size = column.norm();
             project(&basis, &mut column);
-            if column.norm() > LEFT * size {
+            let mut new = column.clone();
+            project(&spanned, &mut new);
+            // What parameters do, or earlier terms (the sign of a level is a constant), is no term.
+            if column.norm() > LEFT * size && new.norm() > DEPENDENT * size {
                 kept.push(k);
+                spanned.push(new.normalize());
                 columns.push(unit(column));
             }
         }
         let lengths: Vec<usize> = residuals.recordings.iter().map(Vec::len).collect();
-        let all = DMatrix::from_columns(&columns);
+        let all = match columns.is_empty() {
+            true => DMatrix::zeros(rows.len(), 0),
+            false => DMatrix::from_columns(&columns),
+        };
         let target = unit(target);
         let target = DMatrix::from_column_slice(target.len(), 1, target.as_slice());
         Self {
@@ -103,6 +114,9 @@ fn split(all: &DMatrix<f64>, lengths: &[usize]) -> Vec<DMatrix<f64>> {
 /// # Errors
 /// [`PeerError::Regression`] where columns are dependent.
 pub fn sparse(problem: &Problem) -> Result<Vec<usize>, PeerError> {
+    if problem.terms.is_empty() {
+        return Ok(Vec::new());
+    }
     let folds = problem.columns.len();
     let equations = |left_out: Option<usize>| {
         let mut equations = NormalEquations::new(problem.terms.len(), 1);

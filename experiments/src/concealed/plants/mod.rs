@@ -18,8 +18,8 @@ pub struct PlantSpec {
     pub step: f64,
     /// Samples of a recording.
     pub samples: usize,
-    /// First-order states that nothing measures.
-    pub unmeasured: &'static [&'static str],
+    /// First-order states that some machines of the kind do not measure.
+    pub inner: &'static [&'static str],
     /// Classes of the catalogue that make physical sense on a first-order state.
     pub on_states: &'static [(&'static str, &'static [&'static str])],
     /// Classes that make no sense on this plant's coordinates or inputs.
@@ -33,7 +33,7 @@ const PLAIN: PlantSpec = PlantSpec {
     start: &[],
     step: 0.01,
     samples: 1200,
-    unmeasured: &[],
+    inner: &[],
     on_states: &[],
     without: &[],
 };
@@ -185,7 +185,7 @@ pub static PLANTS: &[PlantSpec] = &[
         start: &[[-0.2, 0.2], [-0.2, 0.2], [-0.05, 0.05]],
         step: 0.005,
         samples: 2400,
-        unmeasured: &["thrust"],
+        inner: &["thrust"],
         ..PLAIN
     },
     PlantSpec {

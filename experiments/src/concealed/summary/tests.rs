@@ -30,7 +30,8 @@ fn row(matter: Matter, truth: &[&str], matches: Vec<Match>) -> Row {
         after_over_noise: Some(1.1),
         seconds: 2.0,
         crash: None,
-        peer: None,
+        peer: Score { effects: truth.len(), ..Score::default() },
+        peer_failed: false,
     }
 }
 
@@ -60,7 +61,7 @@ fn counts_are_those_of_the_rows() {
     let null = names.null_with_findings;
     assert_eq!((null.count, null.of), (1, 2));
     assert_eq!((summary.exactly_right.count, summary.localisation_f1), (1, Some((0.5, 4))));
-    assert_eq!((summary.after_within_1_2.count, summary.peer), (4, None));
+    assert_eq!((summary.after_within_1_2.count, summary.peer.named.of), (4, 2));
 }
 
 #[test]
