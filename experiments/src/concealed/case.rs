@@ -8,11 +8,11 @@ use rand_chacha::ChaCha8Rng;
 use super::ConcealedError;
 use super::draw::{Draft, RECORDINGS, generator};
 use super::fair::Fair;
-use super::gap::{Output, WINDOWS};
 use super::sealed::{Group, Sealed};
 use super::sensor::seen;
 use super::topic::{Topic, sequence, shares, shuffle};
 use super::truth::{Motion, rounded};
+use super::windows::{Output, WINDOWS};
 use crate::StudyError;
 
 /// Draws before a topic is given up.

@@ -1,25 +1,23 @@
 //! Drawing a case: machine, concealed physics, motions.
 
-use lacuna_effects::{Effect, Law as CatalogueLaw};
+use lacuna_effects::Law as CatalogueLaw;
 use lacuna_excitation::rng;
-use lacuna_plants::model::ModelEffect;
 use lacuna_plants::{Model, System};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
 use super::actuator::Actuator;
-use super::beyond::Kind;
+use super::conceal::{Concealed, conceal};
 use super::drive::{Course, Drive};
-use super::effects::{self, log_uniform, uniform};
-use super::gap::Output;
+use super::effects::{log_uniform, uniform};
 use super::machine;
-use super::off_formula::Law;
 use super::plants::{PLANTS, PlantSpec};
 use super::scales::{Scales, deviation};
 use super::sensor::{Concealment, Sensor};
 use super::topic::{Noise, Topic};
 use super::truth::{Motion, Truth, run};
+use super::windows::Output;
 use crate::StudyError;
 
 /// Recordings that the diagnosis is given.
@@ -28,15 +26,6 @@ pub const RECORDINGS: usize = 5;
 pub const TESTS: usize = 3;
 /// Runge-Kutta steps a sample of the motion from which scales are read.
 const SCOUT_SUBSTEPS: usize = 4;
-
-/// One concealed effect.
-#[derive(Clone, Debug)]
-pub enum Concealed {
-    /// Of the catalogue.
-    Known(ModelEffect),
-    /// A law beyond it, on a force channel.
-    Beyond(Law, usize),
-}
 
 /// A machine with its concealed physics, before it has moved.
 #[derive(Debug)]
@@ -153,98 +142,6 @@ impl Draft {
 /// The generator of a case.
 pub fn generator(seed: u64, case: usize) -> ChaCha8Rng {
     rng(seed, 1 + case as u64)
-}
-
-/// Draw what is concealed; none where the plant does not suit the topic.
-fn conceal(
-    topic: Topic,
-    spec: &PlantSpec,
-    model: &Model,
-    scales: &Scales,
-    rng: &mut ChaCha8Rng,
-) -> Option<Vec<Concealed>> {
-    let any = |rng: &mut ChaCha8Rng| {
-        let classes: Vec<_> = effects::classes().collect();
-        classes[rng.random_range(0..classes.len())]
-    };
-    match topic {
-        Topic::Nothing(_) | Topic::Parameter => Some(Vec::new()),
-        Topic::Effect(effect) => Some(vec![known(effect, spec, model, scales, rng)?]),
-        Topic::Under(_) => Some(vec![known(any(rng), spec, model, scales, rng)?]),
-        Topic::Pair => {
-            let pair = [
-                known(any(rng), spec, model, scales, rng)?,
-                known(any(rng), spec, model, scales, rng)?,
-            ];
-            suits(&pair).then(|| pair.to_vec())
-        }
-        Topic::Beyond(kind) => {
-            let channels = channels(kind, spec, model);
-            if channels.is_empty() {
-                return None;
-            }
-            let channel = channels[rng.random_range(0..channels.len())];
-            Some(vec![Concealed::Beyond(kind.draw(scales.channels[channel], rng), channel)])
-        }
-    }
-}
-
-/// Two effects that can be told apart in principle: of different classes, at most one on an
-/// actuator, none of them a sensor's (which moves the truth of the other) and none with memory
-/// (which a model that starts anew in each window does not know).
-fn suits(pair: &[Concealed; 2]) -> bool {
-    let [Concealed::Known(a), Concealed::Known(b)] = pair else { return false };
-    let simple = |e: &ModelEffect| match e.effect.law {
-        CatalogueLaw::Force(law) => law.memory() == 0,
-        CatalogueLaw::Input(_) => true,
-        CatalogueLaw::Sensor(_) => false,
-    };
-    let inputs = [a, b].iter().filter(|e| matches!(e.effect.law, CatalogueLaw::Input(_))).count();
-    let classes = [a.effect.class, b.effect.class];
-    // Together the law of one asymmetric friction.
-    let one = classes.contains(&"constant_force")
-        && (classes.contains(&"coulomb_friction") || classes.contains(&"asymmetric_friction"));
-    classes[0] != classes[1] && !one && simple(a) && simple(b) && inputs < 2
-}
-
-fn known(
-    effect: &'static Effect,
-    spec: &PlantSpec,
-    model: &Model,
-    scales: &Scales,
-    rng: &mut ChaCha8Rng,
-) -> Option<Concealed> {
-    let places = effects::places(spec, model, effect);
-    if places.is_empty() {
-        return None;
-    }
-    let channel = places[rng.random_range(0..places.len())];
-    let other = effects::couples(effect).then(|| (channel + 1) % model.coordinates.len());
-    let numbers = effects::draw(effect, model, scales, channel, other, rng);
-    let parameters = effects::in_order(effect, &numbers);
-    let std = vec![None; parameters.len()];
-    let sound = effect.parameters.iter().zip(&parameters).all(|(p, v)| p.range.contains(*v));
-    sound.then_some(Concealed::Known(ModelEffect { effect, channel, other, parameters, std }))
-}
-
-fn channels(kind: Kind, spec: &PlantSpec, model: &Model) -> Vec<usize> {
-    let [coordinates, rotors, levels] = kind.acts();
-    let n = model.coordinates.len();
-    let of_states = |class: &str| -> Vec<usize> {
-        let has = |s: &usize| {
-            let name = model.states[*s].name.as_str();
-            spec.on_states.iter().any(|(state, known)| *state == name && known.contains(&class))
-        };
-        (0..model.states.len()).filter(has).map(|s| n + s).collect()
-    };
-    let mut channels: Vec<usize> = if coordinates { (0..n).collect() } else { Vec::new() };
-    if rotors {
-        channels.extend(of_states("coulomb_friction"));
-    }
-    if levels {
-        channels.extend(of_states("linear_loss"));
-    }
-    channels
 }
 
 /// Draw how the recordings hide the physics.

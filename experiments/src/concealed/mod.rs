@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Everything follows from a seed. For each case a machine is drawn ([`plants`]), physics concealed in
-//! it ([`effects`] of the catalogue, [`off_formula`] laws beyond it, wrong actuators and sensors,
+//! it ([`conceal`]: [`effects`] of the catalogue, [`off_formula`] laws beyond it, wrong actuators and sensors,
 //! wrong parameters, or nothing), and its motion integrated finely in open or closed loop
 //! ([`drive`], [`truth`]). Sensors add noise, quantise, lose rows ([`sensor`]). A draw is kept when it
 //! is fair ([`fair`]): what is concealed moves the recordings over short windows by several noise
@@ -28,6 +28,7 @@
 pub mod actuator;
 pub mod beyond;
 pub mod case;
+pub mod conceal;
 pub mod diagnosis;
 pub mod draw;
 pub mod drive;
@@ -40,6 +41,7 @@ pub mod localise;
 pub mod machine;
 pub mod off_formula;
 pub mod peer;
+pub mod places;
 pub mod plants;
 pub mod print;
 pub mod proportion;
@@ -47,6 +49,7 @@ pub mod rivals;
 pub mod row;
 pub mod scales;
 pub mod score;
+pub mod seal;
 pub mod sealed;
 pub mod sensor;
 pub mod study;
@@ -54,6 +57,8 @@ pub mod summary;
 pub mod tool;
 pub mod topic;
 pub mod truth;
+pub mod variants;
+pub mod windows;
 
 pub use error::ConcealedError;
 pub use study::{NAME, Results, Settings, run};

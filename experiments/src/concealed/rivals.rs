@@ -9,19 +9,20 @@ use lacuna_effects::Law;
 use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 
-use super::effects::{classes, places};
-use super::gap::{Output, Rival, Shown, gap};
+use super::places::{classes, couples, places};
 use super::plants::PlantSpec;
 use super::scales::{ChannelScale, Scales};
 use super::sealed::Name;
 use super::sensor::Sensor;
+use super::variants::Rival;
+use super::windows::{Output, Shown, Windows};
 
 /// Rivals within so many nats on the motions compared are as good.
 const AS_GOOD: f64 = 3.0;
 /// Linearised, a rival must come within this share of what no rival leaves, to be looked at.
-const PROMISING: f64 = 0.1;
+const PROMISING: f64 = 0.5;
 /// Steps of Gauss and Newton.
-const STEPS: usize = 4;
+const STEPS: usize = 6;
 /// A rival's trial amplitude, as a share of what would be a strong effect.
 const TRIAL: f64 = 0.02;
 /// Velocity over which the sign of a friction is smooth, as a share of the motion's.
@@ -44,13 +45,19 @@ pub fn as_good(
 ) -> Vec<Name> {
     let candidates = candidates(spec, without, scales, outputs);
     let rivals: Vec<Rival> = candidates.iter().map(|c| (c.at)(1.0)).collect();
-    let Ok(first) = gap(without, shown, outputs, &rivals) else { return Vec::new() };
-    let promising =
-        candidates.iter().zip(&first.rivals).filter(|(_, left)| left.nats < PROMISING * first.nats);
-    let good = promising.filter(|(candidate, _)| {
+    let Ok(windows) = Windows::linearised(without, shown, outputs, &rivals) else {
+        return Vec::new();
+    };
+    let centred = vec![0.0; windows.parameters()];
+    let nobody = windows.best(None, Some(&centred)).nats;
+    let promising = candidates
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| windows.best(Some(*k), Some(&centred)).nats < PROMISING * nobody);
+    let good = promising.filter(|(_, candidate)| {
         refined(candidate, without, shown, outputs).is_some_and(|nats| nats < AS_GOOD)
     });
-    good.map(|(candidate, _)| candidate.name.clone()).collect()
+    good.map(|(_, candidate)| candidate.name.clone()).collect()
 }
 
 /// Nats that a rival leaves at its best.
@@ -60,34 +67,38 @@ fn refined(
     shown: &[Shown],
     outputs: &[Output],
 ) -> Option<f64> {
-    let mut model = without.clone();
-    let (mut amplitude, mut least) = (0.0, f64::INFINITY);
     let uncertain: Vec<usize> =
-        (0..model.parameters.len()).filter(|&k| model.parameters[k].tolerance > 0.0).collect();
+        (0..without.parameters.len()).filter(|&k| without.parameters[k].tolerance > 0.0).collect();
     let mut offset = vec![0.0; uncertain.len()];
+    let (mut amplitude, mut nats) = (0.0, f64::INFINITY);
     for _ in 0..STEPS {
-        let mut believed = model.clone();
-        if let (Rival::Effect(e), true) = ((candidate.at)(amplitude), amplitude != 0.0) {
-            believed.effects.push(e);
-        }
-        let found = gap(&believed, shown, outputs, &[(candidate.at)(1.0)]).ok()?;
-        let prior: f64 = offset.iter().map(|o| 0.5 * o * o).sum();
-        least = found.rivals[0].nats + prior;
-        amplitude += found.rivals[0].amplitude;
-        for (k, step) in uncertain.iter().zip(&found.rivals[0].parameters) {
-            let p = &mut model.parameters[*k];
-            // The model's parameters carry their own deviation, which must stay that of the file.
-            let std = without.parameters[*k].std();
-            p.value += step * std;
+        let mut believed = without.clone();
+        for (k, offset) in uncertain.iter().zip(&offset) {
+            let p = &mut believed.parameters[*k];
+            let std = p.std();
+            // The deviation stays that of the file, whatever the value.
+            p.value += offset * std;
             p.tolerance = std / p.value.abs();
         }
-        offset.iter_mut().zip(&found.rivals[0].parameters).for_each(|(o, step)| *o += step);
+        match (candidate.at)(amplitude) {
+            Rival::Effect(effect) if amplitude != 0.0 => believed.effects.push(effect),
+            _ => {}
+        }
+        let rival = [(candidate.at)(1.0)];
+        let windows = Windows::linearised(&believed, shown, outputs, &rival).ok()?;
+        let best = windows.best(Some(0), Some(&offset));
+        nats = best.nats;
+        offset.iter_mut().zip(&best.at).for_each(|(o, step)| *o += step);
+        amplitude += best.at[uncertain.len()];
+        if nats < AS_GOOD {
+            break;
+        }
         // A sensor that is wrong by a number is linear in it: one step is all.
-        if let Rival::Sensor(..) = (candidate.at)(1.0) {
+        if let [Rival::Sensor(..)] = rival {
             break;
         }
     }
-    Some(least)
+    Some(nats)
 }
 
 /// Effects of one number, on every channel, input and sensor.
@@ -98,7 +109,7 @@ fn candidates(
     outputs: &[Output],
 ) -> Vec<Candidate> {
     let mut all = Vec::new();
-    for effect in classes().filter(|e| !super::effects::couples(e)) {
+    for effect in classes().filter(|e| !couples(e)) {
         for place in places(spec, model, effect) {
             let name = Name::new(effect.class, model.effect_channel_name(effect, place));
             let parameters: Option<Box<dyn Fn(f64) -> Vec<f64>>> = match effect.law {
@@ -154,14 +165,17 @@ fn force(class: &str, c: ChannelScale) -> Option<Box<dyn Fn(f64) -> Vec<f64>>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::concealed::draw::{Concealed, Draft, generator};
+    use crate::concealed::conceal::Concealed;
+    use crate::concealed::draw::{Draft, generator};
     use crate::concealed::sensor::seen;
     use crate::concealed::topic::Topic;
 
     /// The truth's own class is always as good as the truth: Gauss and Newton find its amplitude.
     #[test]
     fn the_truth_is_among_its_rivals() {
-        for (class, stream) in [("quadratic_drag", 1), ("constant_force", 2), ("gain_error", 3)] {
+        for (class, stream) in
+            [("quadratic_drag", 1), ("constant_force", 2), ("cubic_stiffness", 3)]
+        {
             let effect = lacuna_effects::find(class).unwrap();
             let mut rng = generator(11, stream);
             let draft = loop {

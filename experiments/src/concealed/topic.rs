@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::beyond::Kind;
-use super::effects::classes;
+use super::places::classes;
 use super::sealed::Group;
 
 /// What is unusual about the noise.
