@@ -35,7 +35,7 @@ impl Problem {
         let rows: Vec<_> = residuals.recordings.iter().flatten().collect();
         let vector = |f: &dyn Fn(usize) -> f64| DVector::from_fn(rows.len(), |k, _| f(k));
         let basis = orthonormal(
-            (0..rows[0].sensitivity[channel].len())
+            (0..rows.first().map_or(0, |r| r.sensitivity[channel].len()))
                 .map(|p| vector(&|k| rows[k].sensitivity[channel][p])),
         );
         let mut target = vector(&|k| rows[k].residual[channel]);

@@ -27,6 +27,15 @@ pub struct Matrix<'a> {
     pub counts: Vec<Vec<usize>>,
 }
 
+impl Matrix<'_> {
+    /// Cells whose row and column have the same label.
+    fn same(&self) -> impl Iterator<Item = (i32, i32)> {
+        let column = |label: &String| self.columns.iter().position(|c| c == label);
+        let cells = self.rows.iter().enumerate();
+        cells.filter_map(move |(i, label)| Some((i as i32, column(label)? as i32)))
+    }
+}
+
 /// Draw a table: each cell shaded by its share of the row, with the count in it. Cells whose row
 /// and column have the same label are framed.
 ///
@@ -70,12 +79,17 @@ pub fn matrix_figure(matrix: &Matrix) -> Result<String, StudyError> {
                 let share = count as f64 / sum.max(1) as f64;
                 let shade = Rectangle::new(corners, colour.mix(0.75 * share).filled());
                 root.draw(&shade).map_err(failed)?;
-                let edge = if same { INK.stroke_width(1) } else { GRID.stroke_width(1) };
-                root.draw(&Rectangle::new(corners, edge)).map_err(failed)?;
+                root.draw(&Rectangle::new(corners, GRID.stroke_width(1))).map_err(failed)?;
                 if count > 0 {
                     text(&count.to_string(), (x + CELL / 2, y + CELL / 2), &centred)?;
                 }
             }
+        }
+        // Frames over the lines of their neighbours.
+        for (i, j) in matrix.same() {
+            let (x, y) = (left + CELL * j, top + CELL * i);
+            let frame = Rectangle::new([(x, y), (x + CELL, y + CELL)], INK.stroke_width(1));
+            root.draw(&frame).map_err(failed)?;
         }
         root.present().map_err(failed)?;
     }
