@@ -27,7 +27,8 @@ pub struct Names {
     pub channel: Proportion,
     /// Findings that answer to no effect.
     pub false_findings: usize,
-    /// Cases without missing physics on which anything is found, of all such cases.
+    /// Cases without missing physics on which anything is found, of all such cases that got an
+    /// answer.
     pub null_with_findings: Proportion,
 }
 
@@ -64,8 +65,10 @@ pub struct Summary {
 impl Summary {
     /// Figures of some rows.
     pub fn of(rows: &[&Row]) -> Self {
-        let scores: Vec<(&Row, &Score)> = rows.iter().map(|r| (*r, &r.score)).collect();
-        let peers: Vec<(&Row, &Score)> = rows.iter().map(|r| (*r, &r.peer)).collect();
+        let answers = |of: fn(&Row) -> (&Score, bool)| {
+            let answer = |r: &&Row| (r.matter, of(r).0.clone(), of(r).1);
+            rows.iter().map(answer).collect::<Vec<_>>()
+        };
         let with_effect = || rows.iter().filter(|r| !r.truth.is_empty());
         let median = |values: Vec<f64>| (!values.is_empty()).then(|| quantile(&values, 0.5));
         let f1: Vec<f64> = rows.iter().flat_map(|r| r.f1.iter().copied()).collect();
@@ -75,7 +78,7 @@ impl Summary {
         };
         Self {
             cases: rows.len(),
-            names: Names::of(&scores),
+            names: Names::of(&answers(|r| (&r.score, r.crash.is_none()))),
             verdicts: count(&|r| r.score.verdict_right && r.crash.is_none()),
             exactly_right: count(&exactly_right),
             crashes: rows.iter().filter(|r| r.crash.is_some()).count(),
@@ -85,7 +88,7 @@ impl Summary {
             localisation_f1: (!f1.is_empty())
                 .then(|| (f1.iter().sum::<f64>() / f1.len() as f64, f1.len())),
             seconds: [quantile(&seconds, 0.5), quantile(&seconds, 1.0)],
-            peer: Names::of(&peers),
+            peer: Names::of(&answers(|r| (&r.peer, !r.peer_failed))),
             peer_failed: rows.iter().filter(|r| r.peer_failed).count(),
         }
     }
@@ -97,12 +100,14 @@ fn exactly_right(row: &Row) -> bool {
 }
 
 impl Names {
-    fn of(scores: &[(&Row, &Score)]) -> Self {
-        let effects: usize = scores.iter().map(|(_, s)| s.effects).sum();
-        let sum = |f: fn(&Score) -> usize| scores.iter().map(|(_, s)| f(s)).sum();
-        let null =
-            scores.iter().filter(|(r, _)| matches!(r.matter, Matter::None | Matter::Parameter));
-        let found = null.clone().filter(|(_, s)| s.false_findings > 0).count();
+    /// Figures of scores, each with what is the matter and whether there was an answer at all.
+    fn of(scores: &[(Matter, Score, bool)]) -> Self {
+        let effects: usize = scores.iter().map(|(_, s, _)| s.effects).sum();
+        let sum = |f: fn(&Score) -> usize| scores.iter().map(|(_, s, _)| f(s)).sum();
+        let null = scores.iter().filter(|(matter, _, answered)| {
+            *answered && matches!(matter, Matter::None | Matter::Parameter)
+        });
+        let found = null.clone().filter(|(_, s, _)| s.false_findings > 0).count();
         Self {
             named: Proportion::new(sum(|s| s.named), effects),
             named_top2: Proportion::new(sum(|s| s.named_top2), effects),
