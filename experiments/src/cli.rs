@@ -4,6 +4,7 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use crate::concealed::{self, sealed::Group};
 use crate::manipulator_realtime::Evaluator;
 use crate::{
     StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc,
@@ -85,6 +86,30 @@ enum Study {
         #[command(flatten)]
         common: Common,
     },
+    /// Physics concealed in made-up recordings: is it found by `lacuna diagnose`, which sees files
+    /// alone? Results go to DIR/concealed-physics.
+    ConcealedPhysics {
+        /// Number of cases; case k draws from random stream k.
+        #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+        cases: u64,
+        /// Family of cases.
+        #[arg(long, value_enum, default_value_t = Family::All)]
+        group: Family,
+        /// Cases diagnosed at once; they share the cores.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        jobs: u64,
+        /// The command under test; by default the one beside this executable.
+        #[arg(long, value_name = "PATH")]
+        lacuna: Option<PathBuf>,
+        /// Longest that a diagnosis may take, in seconds.
+        #[arg(long, default_value_t = 600)]
+        timeout: u64,
+        /// Keep the files of all cases, those under seal too, in this directory.
+        #[arg(long, value_name = "DIR")]
+        keep: Option<PathBuf>,
+        #[command(flatten)]
+        common: Common,
+    },
     /// Times of the parts beside the same algorithms in NumPy (python3 with NumPy, where it is there).
     Speed {
         /// Trials of the Duffing study that are timed.
@@ -100,6 +125,33 @@ enum Study {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+}
+
+/// Families of cases of the proof on concealed physics.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Family {
+    /// Effects of the catalogue.
+    Catalogue,
+    /// Effects by other formulas, or under noise that is not white.
+    OffFormula,
+    /// Effects that act in a region or from a time on.
+    Local,
+    /// No missing physics.
+    Null,
+    /// All of them.
+    All,
+}
+
+impl Family {
+    fn group(self) -> Option<Group> {
+        match self {
+            Self::Catalogue => Some(Group::Catalogue),
+            Self::OffFormula => Some(Group::OffFormula),
+            Self::Local => Some(Group::Local),
+            Self::Null => Some(Group::Null),
+            Self::All => None,
+        }
+    }
 }
 
 /// What every study takes.
@@ -132,6 +184,14 @@ pub fn run() -> ExitCode {
         Study::ManipulatorCtc { evaluator: None, common } => manipulator_ctc::run(&common),
         Study::ManipulatorCtc { evaluator: Some(evaluator), common } => {
             manipulator_realtime::run(evaluator, &common)
+        }
+        Study::ConcealedPhysics { cases, group, jobs, lacuna, timeout, keep, common } => {
+            let (cases, jobs) = (cases as usize, jobs as usize);
+            let group = group.group();
+            concealed::run(
+                &concealed::Settings { cases, group, jobs, lacuna, timeout, keep },
+                &common,
+            )
         }
         Study::Speed { trials, trajectories, peer, seed } => {
             speed::run(&speed::Settings { trials, trajectories, peer, seed })

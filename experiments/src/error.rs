@@ -49,6 +49,9 @@ pub enum StudyError {
     /// The controlled plant could not be simulated.
     #[error(transparent)]
     Control(#[from] ControlError),
+    /// The proof on concealed physics could not be carried out.
+    #[error(transparent)]
+    Concealed(#[from] crate::concealed::ConcealedError),
     /// A figure could not be drawn.
     #[error("cannot draw a figure: {reason}")]
     Figure {

@@ -15,6 +15,7 @@
 //! | manipulator | [`manipulator`] | relative errors of f, g1, g2 on 100 points |
 //! | manipulator under computed torque | [`manipulator_ctc`] | joint angles after 5 s and 10 s |
 //! | the same at 10 kHz | [`manipulator_realtime`] | how long the control law takes |
+//! | concealed physics | [`concealed`] | what `lacuna diagnose` finds of physics that was hidden from it |
 //!
 //! Each study draws its data ([`duffing_data`], [`manipulator_data`]), identifies a model by each
 //! of the [`recipes`] (the paper's, and [`sindy`] in two forms), and writes statistics to `results/NAME.json` and figures to
@@ -22,6 +23,7 @@
 //! with `cargo run -p experiments -- NAME`.
 
 pub mod cli;
+pub mod concealed;
 pub mod duffing;
 pub mod duffing_data;
 pub mod duffing_montecarlo;

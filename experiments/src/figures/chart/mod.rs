@@ -1,7 +1,8 @@
-//! Line charts and box plots as SVG, in one style.
+//! Line charts, box plots and tables as SVG, in one style.
 
 mod boxes;
 mod line;
+mod matrix;
 mod tick;
 
 use plotters::coord::Shift;
@@ -13,6 +14,7 @@ use crate::StudyError;
 
 pub use boxes::{Samples, box_figure};
 pub use line::{Panel, Series, Style, line_figure};
+pub use matrix::{Matrix, matrix_figure};
 
 /// Okabe and Ito's colours, which colour-blind readers can tell apart.
 const COLOURS: [RGBColor; 6] = [

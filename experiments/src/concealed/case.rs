@@ -1,0 +1,182 @@
+//! A case: files for the diagnosis, and the truth under seal.
+
+use lacuna_excitation::rng;
+use lacuna_recordings::{Column, Recording};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::ConcealedError;
+use super::draw::{Draft, RECORDINGS, generator};
+use super::fair::Fair;
+use super::sealed::{Group, Sealed};
+use super::sensor::seen;
+use super::topic::{Topic, sequence, shares, shuffle};
+use super::truth::{Motion, rounded};
+use super::windows::{Output, WINDOWS};
+use crate::StudyError;
+
+/// Draws before a topic is given up.
+const ATTEMPTS: usize = 400;
+
+/// A case.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The truth.
+    pub sealed: Sealed,
+    /// Text of the model file.
+    pub model: String,
+    /// Column of time in the recordings.
+    pub time_column: String,
+    /// Recordings for the diagnosis.
+    pub recordings: Vec<Recording>,
+    /// True states at the rows of these recordings.
+    pub states: Vec<Recording>,
+    /// Recordings for the proof.
+    pub tests: Vec<Recording>,
+}
+
+/// What a case is to be: its number, family and topic.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Its name, which tells nothing.
+    pub id: String,
+    /// Number of its random stream.
+    pub stream: usize,
+    /// Family.
+    pub group: Group,
+    /// Topic.
+    pub topic: Topic,
+}
+
+/// The plans of a study: `count` cases of one group, or of all in shares, in random order.
+pub fn plans(seed: u64, count: usize, group: Option<Group>) -> Vec<Plan> {
+    let mut rng = rng(seed, 0);
+    let shares = match group {
+        Some(group) => vec![(group, count)],
+        None => shares(count).to_vec(),
+    };
+    let mut plans = Vec::new();
+    for (group, count) in shares {
+        let topics = sequence(group, count, &mut rng);
+        plans.extend(topics.into_iter().map(|topic| (group, topic)));
+    }
+    shuffle(&mut plans, &mut rng);
+    let plan = |(k, (group, topic)): (usize, (Group, Topic))| {
+        let id = format!("{:03}-{:06x}", k + 1, rng.random_range(0..0x0100_0000u32));
+        Plan { id, stream: k, group, topic }
+    };
+    plans.into_iter().enumerate().map(plan).collect()
+}
+
+impl Case {
+    /// Draw the case of a plan: machines are drawn until one is fair ([`Fair`]), that is
+    /// until what is concealed makes a difference of at least [`super::fair::LEAST_GAP`].
+    ///
+    /// # Errors
+    /// [`ConcealedError::NoCase`] when no draw is fair; errors of the plants' files.
+    pub fn draw(seed: u64, plan: &Plan) -> Result<Self, StudyError> {
+        let mut rng = generator(seed, plan.stream);
+        for _ in 0..ATTEMPTS {
+            let Some(draft) = Draft::draw(plan.topic, &mut rng)? else { continue };
+            if let Some(case) = Self::of(plan, &draft, &mut rng)? {
+                return Ok(case);
+            }
+        }
+        Err(ConcealedError::NoCase { topic: plan.topic.words(), attempts: ATTEMPTS }.into())
+    }
+
+    /// The case of a draft; none where the draft is not fair.
+    fn of(plan: &Plan, draft: &Draft, rng: &mut ChaCha8Rng) -> Result<Option<Self>, StudyError> {
+        let Some(fair) = Fair::of(draft) else { return Ok(None) };
+        let Fair { motions, effects, matter, model_gap } = fair;
+        let how = draft.concealment;
+        let noise = |o: &Output| (draft.nominal.state_name(o.entry).to_owned(), how.total(o.sd));
+        let length = motions[0].times.len();
+        let sealed = Sealed {
+            case: plan.id.clone(),
+            plant: draft.nominal.name.clone(),
+            group: plan.group,
+            topic: plan.topic.words(),
+            matter,
+            drive: draft.drive.word().to_owned(),
+            effects,
+            miscalibrated: draft.factors(),
+            noise_sd: draft.outputs.iter().map(noise).collect(),
+            model_gap_over_noise: model_gap,
+            concealment: how,
+            horizon_s: (length / WINDOWS) as f64 * draft.spec.step,
+        };
+        let mut case = Self {
+            sealed,
+            model: draft.text.clone(),
+            time_column: draft.nominal.time_column.clone(),
+            recordings: Vec::new(),
+            states: Vec::new(),
+            tests: Vec::new(),
+        };
+        for (k, motion) in motions.iter().enumerate() {
+            let all: Vec<usize> = (0..motion.times.len()).collect();
+            let stamps = how.stamps(&motion.times, rng)?;
+            let recording = measured(draft, motion, &stamps, rng)?;
+            if k < RECORDINGS {
+                let kept = how.kept(all.len(), rng);
+                case.recordings.push(rows(&recording, &kept));
+                case.states.push(rows(&states(draft, motion, &stamps), &kept));
+            } else {
+                case.tests.push(recording);
+            }
+        }
+        Ok(Some(case))
+    }
+}
+
+/// What the sensors and the logger make of a motion.
+fn measured(
+    draft: &Draft,
+    motion: &Motion,
+    stamps: &[f64],
+    rng: &mut ChaCha8Rng,
+) -> Result<Recording, StudyError> {
+    let model = &draft.nominal;
+    let sensors = draft.truth(|_| true).sensors;
+    let mut columns = Vec::new();
+    for output in &draft.outputs {
+        let shown = seen(motion, output.entry, sensors[output.entry]);
+        let values = draft.concealment.measure(shown, output.sd, rng)?;
+        columns.push(column(model.state_name(output.entry), &values));
+    }
+    let m = model.inputs.len();
+    for (j, input) in model.inputs.iter().enumerate() {
+        let values: Vec<f64> = motion.commands.iter().skip(j).step_by(m).copied().collect();
+        columns.push(column(&input.name, &values));
+    }
+    Ok(recording(stamps, columns))
+}
+
+/// The true states of a motion.
+fn states(draft: &Draft, motion: &Motion, stamps: &[f64]) -> Recording {
+    let model = &draft.nominal;
+    let entry = |i: usize| column(model.state_name(i), &motion.series(i));
+    recording(stamps, (0..model.machine_states()).map(entry).collect())
+}
+
+fn recording(stamps: &[f64], columns: Vec<Column>) -> Recording {
+    // Time stamps are on a grid of a thousandth of a step or finer.
+    let time = stamps.iter().map(|t| (t * 1e9).round() / 1e9).collect();
+    Recording { name: String::new(), time, columns }
+}
+
+fn column(name: &str, values: &[f64]) -> Column {
+    Column { name: name.to_owned(), values: values.iter().copied().map(rounded).collect() }
+}
+
+/// Some rows of a recording.
+fn rows(recording: &Recording, kept: &[usize]) -> Recording {
+    let pick = |values: &[f64]| kept.iter().map(|&k| values[k]).collect();
+    let columns = recording
+        .columns
+        .iter()
+        .map(|c| Column { name: c.name.clone(), values: pick(&c.values) })
+        .collect();
+    Recording { name: recording.name.clone(), time: pick(&recording.time), columns }
+}
