@@ -1,13 +1,19 @@
 //! A lag of the actuator: `time_constant u_effective' = u - u_effective`.
+//!
+//! Where a recording begins, the actuator has reached the share `settled` of the first command:
+//! all of it (1) if that was held long before, nothing (0) if the machine was just switched on.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "actuator_lag",
     words: "a lag of the actuator",
-    formula: "time_constant u_effective' = u - u_effective",
-    parameters: &[Parameter::new("time_constant", Dimension::TIME, Range::Positive)],
+    formula: "time_constant u_effective' = u - u_effective, u_effective(0) = settled u(0)",
+    parameters: &[
+        Parameter::new("time_constant", Dimension::TIME, Range::Positive),
+        Parameter::new("settled", Dimension::NUMBER, Range::NonNegative).or(1.0),
+    ],
     depends_on: &[Variable::Input],
     acts: Acts::Inputs,
     law: Law::Input(&ActuatorLag),
@@ -18,8 +24,8 @@ struct ActuatorLag;
 
 impl InputLaw for ActuatorLag {
     fn transform(&self, parameters: &[f64], times: &[f64], command: &[f64]) -> Vec<f64> {
-        let tau = parameters[0];
-        let mut state = command.first().copied().unwrap_or(0.0);
+        let (tau, settled) = (parameters[0], parameters[1]);
+        let mut state = settled * command.first().copied().unwrap_or(0.0);
         let mut step = 0.0;
         let mut out = Vec::with_capacity(command.len());
         for (k, &u) in command.iter().enumerate() {
@@ -37,6 +43,16 @@ impl InputLaw for ActuatorLag {
     }
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        [1.0, 2.0, 4.0, 7.0, 11.0, 15.0, 22.0].map(|k| vec![k * scales.step]).to_vec()
+        let steps = [1.0, 2.0, 4.0, 7.0, 11.0, 15.0, 22.0];
+        steps
+            .iter()
+            .flat_map(|k| [1.0, 0.0].map(|settled| vec![k * scales.step, settled]))
+            .collect()
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let step = scales.step;
+        let time_constant = Prior::order(6.0 * step, 2.5, (0.8 * step, 60.0 * step));
+        vec![time_constant, Prior::near(1.0, 0.5, (0.0, 1.0))]
     }
 }

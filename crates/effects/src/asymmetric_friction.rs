@@ -1,8 +1,8 @@
 //! Dry friction that differs between the two directions: `-positive tanh(v / smoothing_velocity) for v > 0, -negative tanh(v / smoothing_velocity) for v < 0`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::law::{SMOOTHING_VELOCITY, smooth_sign, smoothing_velocities};
+use crate::law::{SMOOTHING_VELOCITY, smooth_sign, smoothing_prior, smoothing_velocities};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "asymmetric_friction",
@@ -30,6 +30,14 @@ impl ForceLaw for AsymmetricFriction {
         let sign = smooth_sign(at.v, shape[0]);
         basis[0] = -sign.max(0.0);
         basis[1] = -sign.min(0.0);
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![
+            Prior::magnitude(scales.force),
+            Prior::magnitude(scales.force),
+            smoothing_prior(scales),
+        ]
     }
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {

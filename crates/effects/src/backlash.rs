@@ -17,8 +17,8 @@
 //! `stiffness gap (2 A - gap)` in. It is what a spring-like restoring force does that sees the
 //! coordinate behind play, such as a servo with its sensor there: it makes limit cycles.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "backlash",
@@ -60,6 +60,16 @@ impl ForceLaw for Backlash {
         let pushed = if at.v * offset > 0.0 { 1.0 } else { 0.0 };
         let share = (excess + pushed).clamp(0.0, 1.0 + pushed);
         rate[0] = at.v.abs() * share * offset.signum();
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let reach = scales.half_range();
+        let gap = Prior::order(0.15 * reach, 3.0, (0.005 * reach, 1.8 * reach));
+        vec![Prior::magnitude(scales.force / reach), gap]
+    }
+
+    fn memory_spread(&self, shape: &[f64], _scales: &Scales, spread: &mut [f64]) {
+        spread[0] = 0.5 * shape[0];
     }
 
     /// From a hundredth of the coordinate's range to most of it.

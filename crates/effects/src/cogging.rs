@@ -1,10 +1,10 @@
 //! Cogging (a force periodic in position): `amplitude sin(wavenumber q + phase)`.
 
-use crate::Dimension;
 use crate::law::{
     Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable, sine_internal,
     sine_physical,
 };
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "cogging",
@@ -38,6 +38,16 @@ impl ForceLaw for Cogging {
 
     fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         (basis[0], basis[1]) = (shape[0] * at.q).sin_cos();
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let pi = std::f64::consts::PI;
+        let pitch = Prior::order(
+            3.0 * pi / scales.stroke,
+            2.0,
+            (pi / scales.half_range(), 16.0 * pi / scales.stroke),
+        );
+        vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), pitch]
     }
 
     /// From half a period over the range to fourteen, finely enough that a peak of the

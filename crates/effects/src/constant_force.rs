@@ -1,7 +1,7 @@
 //! A constant force: `force`.
 
-use crate::Dimension;
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range};
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "constant_force",
@@ -17,6 +17,10 @@ pub(crate) static EFFECT: Effect = Effect {
 struct ConstantForce;
 
 impl ForceLaw for ConstantForce {
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::amplitude(scales.force)]
+    }
+
     fn basis(&self, _shape: &[f64], _at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = 1.0;
     }

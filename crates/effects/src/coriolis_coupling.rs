@@ -1,7 +1,7 @@
 //! A Coriolis-like coupling to another velocity: `coefficient v_i v_j`.
 
-use crate::Dimension;
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Variable};
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "coriolis_coupling",
@@ -17,6 +17,10 @@ pub(crate) static EFFECT: Effect = Effect {
 struct CoriolisCoupling;
 
 impl ForceLaw for CoriolisCoupling {
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::amplitude(scales.force / (scales.v * scales.other.1))]
+    }
+
     fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = at.v * at.other_v;
     }

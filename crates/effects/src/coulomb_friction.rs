@@ -1,8 +1,8 @@
 //! Dry (Coulomb) friction: `-magnitude tanh(v / smoothing_velocity)`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::law::{SMOOTHING_VELOCITY, smooth_sign, smoothing_velocities};
+use crate::law::{SMOOTHING_VELOCITY, smooth_sign, smoothing_prior, smoothing_velocities};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "coulomb_friction",
@@ -23,6 +23,10 @@ struct CoulombFriction;
 impl ForceLaw for CoulombFriction {
     fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = -smooth_sign(at.v, shape[0]);
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::magnitude(scales.force), smoothing_prior(scales)]
     }
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {

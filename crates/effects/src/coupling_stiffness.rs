@@ -1,7 +1,7 @@
 //! A spring to another coordinate: `stiffness (q_j - q_i)`.
 
-use crate::Dimension;
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Variable};
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "coupling_stiffness",
@@ -17,6 +17,12 @@ pub(crate) static EFFECT: Effect = Effect {
 struct CouplingStiffness;
 
 impl ForceLaw for CouplingStiffness {
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::amplitude(
+            (scales.force / scales.half_range()).min(scales.other.2 / scales.other.0),
+        )]
+    }
+
     fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = at.other_q - at.q;
     }

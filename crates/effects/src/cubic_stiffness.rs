@@ -1,7 +1,7 @@
 //! Cubic stiffness: `-stiffness q^3`.
 
-use crate::Dimension;
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Variable};
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "cubic_stiffness",
@@ -17,6 +17,10 @@ pub(crate) static EFFECT: Effect = Effect {
 struct CubicStiffness;
 
 impl ForceLaw for CubicStiffness {
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::amplitude(scales.force / scales.half_range().powi(3))]
+    }
+
     fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = -at.q.powi(3);
     }

@@ -1,7 +1,7 @@
 //! A dead zone of the actuator: `u_effective = u - clamp(u, -half_width, half_width)`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "dead_zone",
@@ -24,5 +24,10 @@ impl InputLaw for DeadZone {
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
         [0.02, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6].map(|share| vec![share * scales.input.0]).to_vec()
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let typical = scales.input.0;
+        vec![Prior::near(0.0, 0.5 * typical, (0.0, 2.0 * typical))]
     }
 }

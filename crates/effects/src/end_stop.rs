@@ -1,7 +1,7 @@
 //! An elastic end stop: `-stiffness max(q - position, 0), or its mirror image for side = -1`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "end_stop",
@@ -30,6 +30,12 @@ impl ForceLaw for EndStop {
     fn internal(&self, physical: &[f64]) -> Vec<f64> {
         let side = if physical[2] == 0.0 { physical[1].signum() } else { physical[2].signum() };
         vec![physical[0], physical[1], side]
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let reach = scales.half_range();
+        let position = Prior::near(scales.centre(), 0.7 * reach, scales.q);
+        vec![Prior::magnitude(20.0 * scales.force / reach), position, Prior::Fixed]
     }
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! A wrong actuator gain: `u_effective = gain u`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "gain_error",
@@ -24,5 +24,13 @@ impl InputLaw for GainError {
     /// From half to twice; what lies between is refined.
     fn shapes(&self, _scales: &Scales) -> Vec<Vec<f64>> {
         [0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.35, 1.6, 2.0].map(|gain| vec![gain]).to_vec()
+    }
+
+    fn priors(&self, _scales: &Scales) -> Vec<Prior> {
+        vec![Prior::near(1.0, 0.3, (0.2, 3.0))]
+    }
+
+    fn ideal(&self) -> Vec<f64> {
+        vec![1.0]
     }
 }

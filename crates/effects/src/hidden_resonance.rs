@@ -1,7 +1,7 @@
 //! A hidden resonance (a mass on a spring hung on the coordinate): `mass a, a = frequency^2 (y - q) + 2 damping_ratio frequency (y' - v), y'' = -a`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "hidden_resonance",
@@ -33,9 +33,23 @@ impl ForceLaw for HiddenResonance {
         memory.copy_from_slice(&[at.q, at.v]);
     }
 
+    fn memory_spread(&self, _shape: &[f64], scales: &Scales, spread: &mut [f64]) {
+        spread.copy_from_slice(&[0.5 * scales.half_range(), 0.7 * scales.v]);
+    }
+
     fn memory_rate(&self, shape: &[f64], at: &Local, memory: &[f64], rate: &mut [f64]) {
         rate[0] = memory[1];
         rate[1] = -pull(shape, at, memory);
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let rate = scales.rate();
+        let frequency = Prior::order(3.0 * rate, 1.8, (0.8 * rate, 15.0 * rate));
+        vec![
+            Prior::magnitude(0.3 * scales.force / scales.acceleration),
+            frequency,
+            Prior::order(0.05, 2.0, (0.005, 0.25)),
+        ]
     }
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! Hysteresis (Bouc-Wen): `-stiffness z, z' = v - beta |v| z - gamma v |z|`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "hysteresis",
@@ -29,9 +29,20 @@ impl ForceLaw for Hysteresis {
         1
     }
 
+    fn memory_spread(&self, shape: &[f64], _scales: &Scales, spread: &mut [f64]) {
+        spread[0] = 1.0 / (shape[0] + shape[1]).max(f64::MIN_POSITIVE);
+    }
+
     fn memory_rate(&self, shape: &[f64], at: &Local, memory: &[f64], rate: &mut [f64]) {
         let z = memory[0];
         rate[0] = at.v - shape[0] * at.v.abs() * z - shape[1] * at.v * z.abs();
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let travel = 0.3 * scales.stroke;
+        let loop_prior =
+            Prior::order(0.5 / travel, 2.5, (0.3 / scales.half_range(), 25.0 / scales.stroke));
+        vec![Prior::magnitude(2.0 * scales.force / scales.half_range()), loop_prior, loop_prior]
     }
 
     /// Equal beta and gamma: the loop unloads elastically. The force saturates after a

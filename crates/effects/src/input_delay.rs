@@ -1,7 +1,7 @@
 //! A delay of the actuator: `u_effective(t) = u(t - delay)`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable, delayed};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "input_delay",
@@ -25,5 +25,9 @@ impl InputLaw for InputDelay {
         [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 13.0, 17.0]
             .map(|k| vec![k * scales.step])
             .to_vec()
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::near(0.0, 8.0 * scales.step, (0.0, 40.0 * scales.step))]
     }
 }

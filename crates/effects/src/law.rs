@@ -1,7 +1,7 @@
 //! What an effect is: its description and its law.
 
-use crate::Dimension;
 pub use crate::parameter::{Kind, Parameter, Range};
+use crate::{Dimension, Prior};
 
 /// One entry of the catalogue.
 #[derive(Debug)]
@@ -81,13 +81,21 @@ pub struct Local {
     pub other_v: f64,
 }
 
-/// Magnitudes of a channel in the recordings: what a grid of shapes is spread over.
-#[derive(Clone, Copy, Debug)]
+/// Magnitudes of a channel in the recordings: what priors and grids of shapes are spread over.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Scales {
     /// Smallest and largest coordinate.
     pub q: (f64, f64),
+    /// Half the range that the coordinate usually covers within an eighth of a recording.
+    pub stroke: f64,
     /// Standard deviation of the velocity.
     pub v: f64,
+    /// Standard deviation of the acceleration.
+    pub acceleration: f64,
+    /// Standard deviation of the force that moves it.
+    pub force: f64,
+    /// The other channel of a coupling: half its range, its velocity and its force.
+    pub other: (f64, f64, f64),
     /// Standard deviation and largest absolute value of the input.
     pub input: (f64, f64),
     /// Mean sample step (s).
@@ -101,6 +109,18 @@ impl Scales {
     #[must_use]
     pub fn half_range(&self) -> f64 {
         0.5 * (self.q.1 - self.q.0)
+    }
+
+    /// Middle of the range of the coordinate.
+    #[must_use]
+    pub fn centre(&self) -> f64 {
+        0.5 * (self.q.0 + self.q.1)
+    }
+
+    /// Rate at which the channel moves through its range (rad/s).
+    #[must_use]
+    pub fn rate(&self) -> f64 {
+        self.v / self.half_range()
     }
 
     /// Length of the recordings (s).
@@ -140,9 +160,17 @@ pub trait ForceLaw: Sync + std::fmt::Debug {
         vec![vec![]]
     }
 
+    /// Priors of the internal parameters: amplitudes, then shape.
+    fn priors(&self, scales: &Scales) -> Vec<Prior>;
+
     /// Number of memory states.
     fn memory(&self) -> usize {
         0
+    }
+
+    /// How far from rest, as a standard deviation, the memory may begin.
+    fn memory_spread(&self, _shape: &[f64], scales: &Scales, spread: &mut [f64]) {
+        spread.fill(0.5 * scales.half_range());
     }
 
     /// Memory at rest at `at`.
@@ -153,6 +181,12 @@ pub trait ForceLaw: Sync + std::fmt::Debug {
     /// Time derivative of the memory.
     fn memory_rate(&self, _shape: &[f64], _at: &Local, _memory: &[f64], rate: &mut [f64]) {
         rate.fill(0.0);
+    }
+
+    /// The smallest change of shape `k` that leaves a trace on samples so far apart; 0 where
+    /// any change does.
+    fn resolution(&self, _k: usize, _sample: f64) -> f64 {
+        0.0
     }
 
     /// Whether the opposite force acts on the other channel (actio and reactio).
@@ -169,12 +203,28 @@ pub trait InputLaw: Sync + std::fmt::Debug {
 
     /// Parameters to screen.
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>>;
+
+    /// Priors of the parameters.
+    fn priors(&self, scales: &Scales) -> Vec<Prior>;
+
+    /// Parameters of an actuator that does as it is told.
+    fn ideal(&self) -> Vec<f64> {
+        vec![0.0]
+    }
 }
 
 /// What a sensor makes of the true series.
 pub trait SensorLaw: Sync + std::fmt::Debug {
     /// The measured series of the true one.
     fn observe(&self, parameters: &[f64], times: &[f64], truth: &[f64]) -> Vec<f64>;
+
+    /// Priors of the parameters.
+    fn priors(&self, scales: &Scales) -> Vec<Prior>;
+
+    /// Parameters of a sensor that tells the truth.
+    fn ideal(&self) -> Vec<f64> {
+        vec![0.0]
+    }
 }
 
 /// The smooth sign `tanh(v / v_s)` of the friction laws.
@@ -202,6 +252,11 @@ pub(crate) const SMOOTHING_VELOCITY: Parameter =
 /// Smoothing velocities that are screened.
 pub(crate) fn smoothing_velocities(scales: &Scales) -> [f64; 3] {
     [0.01, 0.04, 0.15].map(|share| share * scales.v)
+}
+
+/// Prior of a smoothing velocity.
+pub(crate) fn smoothing_prior(scales: &Scales) -> Prior {
+    Prior::order(0.03 * scales.v, 2.5, (0.003 * scales.v, 0.4 * scales.v))
 }
 
 /// Series value `delay` seconds earlier, averaged over each step, for a held series. Before the

@@ -15,6 +15,7 @@
 //! | coordinate q, velocity v, time t | [`Local`] |
 //! | amplitudes a, shape s | the *internal* parameters: amplitudes first ([`ForceLaw::amplitudes`]) |
 //! | basis b | [`ForceLaw::basis`] |
+//! | prior of a and s | [`ForceLaw::priors`] |
 //! | memory z, its rate | [`ForceLaw::memory`], [`ForceLaw::memory_rate`] |
 //! | magnitudes as an engineer states them | the *physical* parameters: [`Effect::parameters`], one value after the other: [`Effect::values`] |
 //!
@@ -42,6 +43,7 @@ mod linear_stiffness;
 mod overflow;
 pub mod parameter;
 mod periodic_disturbance;
+mod prior;
 mod quadratic_drag;
 mod quadratic_loss;
 mod saturation;
@@ -59,6 +61,7 @@ pub use law::{
     Acts, Effect, ForceLaw, InputLaw, Law, Local, MOST_AMPLITUDES, Scales, SensorLaw, Variable,
 };
 pub use parameter::{Kind, Parameter, Range};
+pub use prior::Prior;
 pub use unit::Dimension;
 
 /// Every effect, in the order in which rivals of equal evidence are tried: simple ones first.

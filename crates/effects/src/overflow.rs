@@ -1,7 +1,7 @@
 //! An overflow above a level (a tank's brim): `-rate max(x - position, 0)`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "overflow",
@@ -22,6 +22,12 @@ struct Overflow;
 impl ForceLaw for Overflow {
     fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = -(at.q - shape[0]).max(0.0);
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let reach = scales.half_range();
+        let brim = Prior::near(scales.q.0 + 1.7 * reach, 0.4 * reach, scales.q);
+        vec![Prior::magnitude(20.0 * scales.force / reach), brim]
     }
 
     /// Brims in the upper part of the state's range.

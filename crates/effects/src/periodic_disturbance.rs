@@ -1,10 +1,10 @@
 //! A periodic disturbance: `amplitude sin(angular_frequency t + phase)`.
 
-use crate::Dimension;
 use crate::law::{
     Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable, sine_internal,
     sine_physical,
 };
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "periodic_disturbance",
@@ -38,6 +38,12 @@ impl ForceLaw for PeriodicDisturbance {
 
     fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         (basis[0], basis[1]) = (shape[0] * at.t).sin_cos();
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let turn = std::f64::consts::TAU / scales.duration();
+        let rate = Prior::order(6.0 * turn, std::f64::consts::E, (1.5 * turn, 80.0 * turn));
+        vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), rate]
     }
 
     /// Steps of 0.4 periods over the recording, as wide as a spectral line.

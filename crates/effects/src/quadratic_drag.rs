@@ -1,7 +1,7 @@
 //! Quadratic drag: `-coefficient v |v|`.
 
-use crate::Dimension;
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Variable};
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "quadratic_drag",
@@ -17,6 +17,10 @@ pub(crate) static EFFECT: Effect = Effect {
 struct QuadraticDrag;
 
 impl ForceLaw for QuadraticDrag {
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::magnitude(scales.force / scales.v.powi(2))]
+    }
+
     fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = -at.v * at.v.abs();
     }

@@ -1,7 +1,7 @@
 //! A loss with the square of the state: `-coefficient x |x|`.
 
-use crate::Dimension;
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Variable};
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "quadratic_loss",
@@ -17,6 +17,10 @@ pub(crate) static EFFECT: Effect = Effect {
 struct QuadraticLoss;
 
 impl ForceLaw for QuadraticLoss {
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::magnitude(scales.force / scales.half_range().powi(2))]
+    }
+
     fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = -at.q * at.q.abs();
     }

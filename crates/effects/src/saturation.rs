@@ -1,7 +1,7 @@
 //! Saturation of the actuator: `u_effective = clamp(u, -limit, limit)`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "saturation",
@@ -24,5 +24,10 @@ impl InputLaw for Saturation {
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
         (3..19).map(|k| vec![0.05 * f64::from(k) * scales.input.1]).collect()
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let largest = scales.input.1;
+        vec![Prior::near(0.8 * largest, 0.25 * largest, (0.15 * largest, largest))]
     }
 }

@@ -1,7 +1,7 @@
 //! A delay of the sensor: `y(t) = x(t - delay)`.
 
-use crate::Dimension;
-use crate::law::{Acts, Effect, Law, Parameter, Range, SensorLaw, Variable};
+use crate::law::{Acts, Effect, Law, Parameter, Range, Scales, SensorLaw, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "sensor_delay",
@@ -19,6 +19,10 @@ struct SensorDelay;
 impl SensorLaw for SensorDelay {
     fn observe(&self, parameters: &[f64], times: &[f64], truth: &[f64]) -> Vec<f64> {
         times.iter().map(|t| interpolate(times, truth, t - parameters[0])).collect()
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::near(0.0, 8.0 * scales.step, (0.0, 40.0 * scales.step))]
     }
 }
 

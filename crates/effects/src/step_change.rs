@@ -1,7 +1,7 @@
 //! A force that begins at a time: `force for t >= time`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "step_change",
@@ -22,6 +22,20 @@ struct StepChange;
 impl ForceLaw for StepChange {
     fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = if at.t >= shape[0] { 1.0 } else { 0.0 };
+    }
+
+    fn resolution(&self, _k: usize, sample: f64) -> f64 {
+        sample
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let (begin, length) = (scales.time.0, scales.duration());
+        let time = Prior::near(
+            begin + 0.5 * length,
+            0.25 * length,
+            (begin + 0.03 * length, begin + 0.97 * length),
+        );
+        vec![Prior::amplitude(scales.force), time]
     }
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {

@@ -1,8 +1,8 @@
 //! Friction with a Stribeck peak at low speed: `-(coulomb + (static - coulomb) exp(-(v / stribeck_velocity)^2)) tanh(v / smoothing_velocity)`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::law::{SMOOTHING_VELOCITY, smooth_sign, smoothing_velocities};
+use crate::law::{SMOOTHING_VELOCITY, smooth_sign, smoothing_prior, smoothing_velocities};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "stribeck_friction",
@@ -32,6 +32,15 @@ impl ForceLaw for StribeckFriction {
         let low_speed = (-(at.v / shape[0]).powi(2)).exp();
         basis[0] = -(1.0 - low_speed) * sign;
         basis[1] = -low_speed * sign;
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![
+            Prior::magnitude(scales.force),
+            Prior::magnitude(1.5 * scales.force),
+            Prior::order(0.35 * scales.v, 2.5, (0.05 * scales.v, 4.0 * scales.v)),
+            smoothing_prior(scales),
+        ]
     }
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {

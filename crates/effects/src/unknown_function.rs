@@ -11,8 +11,8 @@
 //! It is constant beyond the ends and has a continuous slope everywhere, is linear in the
 //! values, and a value changes the force of its four neighbouring intervals alone.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 /// Number of knots.
 pub(crate) const KNOTS: usize = 24;
@@ -58,6 +58,12 @@ impl ForceLaw for UnknownFunction {
         basis[k + 1] += ahead;
         add_slope(basis, k, behind);
         add_slope(basis, k + 1, -s * s * (1.0 - s));
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let mut priors = vec![Prior::amplitude(0.6 * scales.force); KNOTS];
+        priors.extend([Prior::Fixed; 3]);
+        priors
     }
 
     /// A curve is learned, not screened beside formulas: it fits whatever they fit.

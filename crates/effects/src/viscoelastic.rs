@@ -1,7 +1,7 @@
 //! A viscoelastic (Maxwell) element: `-stiffness z, z' = v - z / time_constant`.
 
-use crate::Dimension;
 use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "viscoelastic",
@@ -30,6 +30,12 @@ impl ForceLaw for Viscoelastic {
 
     fn memory_rate(&self, shape: &[f64], at: &Local, memory: &[f64], rate: &mut [f64]) {
         rate[0] = at.v - memory[0] / shape[0];
+    }
+
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        let time = 1.0 / scales.rate();
+        let time_constant = Prior::order(time, 2.5, (0.1 * time, 8.0 * time));
+        vec![Prior::magnitude(scales.force / scales.half_range()), time_constant]
     }
 
     fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {

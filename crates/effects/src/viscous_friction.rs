@@ -1,7 +1,7 @@
 //! Viscous friction: `-coefficient v`.
 
-use crate::Dimension;
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Variable};
+use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
+use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "viscous_friction",
@@ -17,6 +17,10 @@ pub(crate) static EFFECT: Effect = Effect {
 struct ViscousFriction;
 
 impl ForceLaw for ViscousFriction {
+    fn priors(&self, scales: &Scales) -> Vec<Prior> {
+        vec![Prior::magnitude(scales.force / scales.v)]
+    }
+
     fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
         basis[0] = -at.v;
     }

@@ -104,7 +104,7 @@ fn delays_and_lags_longer_than_any_recording_show_the_first_command() {
         assert_eq!(found, [SERIES[0]; 6], "delay of {delay}");
     }
     for time_constant in [1e18, 1e300] {
-        let found = input("actuator_lag").transform(&[time_constant], &TIMES, &SERIES);
+        let found = input("actuator_lag").transform(&[time_constant, 1.0], &TIMES, &SERIES);
         let far = found.iter().map(|u| (u - SERIES[0]).abs()).fold(0.0, f64::max);
         assert!(far < 1e-6, "lag of {time_constant}: {found:?}");
     }

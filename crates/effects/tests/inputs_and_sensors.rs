@@ -75,7 +75,7 @@ fn a_lag_answers_a_step_with_an_exponential() {
     let (tau, h) = (0.25, 0.1);
     let times: Vec<f64> = (0..12).map(|k| h * f64::from(k)).collect();
     let command: Vec<f64> = (0..12).map(|k| if k < 2 { 0.0 } else { 3.0 }).collect();
-    let found = input("actuator_lag").transform(&[tau], &times, &command);
+    let found = input("actuator_lag").transform(&[tau, 1.0], &times, &command);
     let mean = |k: usize| {
         if k < 2 {
             return 0.0;
@@ -92,7 +92,7 @@ fn a_lag_answers_a_step_with_an_exponential() {
 fn a_lag_follows_the_exact_solution_on_uneven_steps() {
     let times = [0.0, 0.05, 0.2, 0.22, 0.5, 0.61, 0.7];
     let tau = 0.12;
-    let found = input("actuator_lag").transform(&[tau], &times, &COMMAND);
+    let found = input("actuator_lag").transform(&[tau, 1.0], &times, &COMMAND);
     let mut state = COMMAND[0];
     for (k, step) in times.windows(2).enumerate() {
         let h = step[1] - step[0];
@@ -103,7 +103,7 @@ fn a_lag_follows_the_exact_solution_on_uneven_steps() {
         state = end;
     }
     // A lag much faster than the samples changes nothing.
-    close(&input("actuator_lag").transform(&[1e-16], &times, &COMMAND), &COMMAND);
+    close(&input("actuator_lag").transform(&[1e-16, 1.0], &times, &COMMAND), &COMMAND);
 }
 
 #[test]
@@ -132,6 +132,7 @@ fn every_input_law_is_screened_over_a_range() {
         input: (2.0, 5.0),
         step: 0.01,
         time: (0.0, 10.0),
+        ..lacuna_effects::Scales::default()
     };
     for class in ["gain_error", "dead_zone", "saturation", "input_delay", "actuator_lag"] {
         assert!(input(class).shapes(&scales).len() > 1, "{class}");
@@ -141,7 +142,8 @@ fn every_input_law_is_screened_over_a_range() {
 #[test]
 fn a_recording_of_one_sample_is_no_trouble() {
     for class in ["gain_error", "dead_zone", "saturation", "input_delay", "actuator_lag"] {
-        let found = input(class).transform(&[1.0], &[0.0], &[0.7]);
+        let parameters = if class == "actuator_lag" { vec![1.0, 1.0] } else { vec![1.0] };
+        let found = input(class).transform(&parameters, &[0.0], &[0.7]);
         let expected = if class == "dead_zone" { 0.0 } else { 0.7 };
         close(&found, &[expected]);
     }

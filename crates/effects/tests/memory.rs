@@ -225,6 +225,7 @@ fn screened_shapes_are_in_range_for_any_machine() {
         input: (3.0, 8.0),
         step: 0.01,
         time: (0.0, 30.0),
+        ..Scales::default()
     };
     for size in [1e-6, 1.0, 1e4] {
         for effect in lacuna_effects::CATALOGUE {

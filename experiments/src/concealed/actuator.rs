@@ -163,7 +163,9 @@ mod tests {
             let actuator = Actuator::of(class, parameter).unwrap();
             let effect = lacuna_effects::find(class).unwrap();
             let lacuna_effects::Law::Input(law) = effect.law else { panic!("{class}") };
-            let expected = law.transform(&[parameter], &times, &commands);
+            let parameters =
+                if class == "actuator_lag" { vec![parameter, 1.0] } else { vec![parameter] };
+            let expected = law.transform(&parameters, &times, &commands);
             for (k, (found, expected)) in
                 means(actuator, &commands).iter().zip(expected).enumerate()
             {
