@@ -5,6 +5,7 @@
 //! call, and temporaries that are used again as soon as they are free.
 
 use super::graph::{Binary, Graph, Node, NodeId, Unary};
+use crate::number::Number;
 
 /// One operation on registers. The two kinds of operations are one flat code, so that the
 /// interpreter jumps once an instruction; a unary one ignores `b`.
@@ -36,10 +37,10 @@ macro_rules! codes {
 
         impl Code {
             #[inline(always)]
-            fn apply(self, a: f64, b: f64) -> f64 {
+            fn apply<T: Number>(self, a: T, b: T) -> T {
                 match self {
-                    $(Self::$unary => Unary::$unary.apply(a),)*
-                    $(Self::$binary => Binary::$binary.apply(a, b),)*
+                    $(Self::$unary => a.unary(Unary::$unary),)*
+                    $(Self::$binary => a.binary(Binary::$binary, b),)*
                 }
             }
         }
@@ -74,8 +75,8 @@ enum Frozen {
 
 /// A program with its parameters set.
 #[derive(Clone, Debug)]
-pub struct Bound {
-    frozen: Vec<f64>,
+pub struct Bound<T = f64> {
+    frozen: Vec<T>,
 }
 
 impl Program {
@@ -93,40 +94,56 @@ impl Program {
 
     /// Compute everything that depends on the parameters alone.
     #[must_use]
-    pub fn bind(&self, parameters: &[f64]) -> Bound {
+    pub fn bind<T: Number>(&self, parameters: &[T]) -> Bound<T> {
         debug_assert_eq!(parameters.len(), self.parameters);
-        let mut frozen: Vec<f64> = Vec::with_capacity(self.frozen.len());
+        let mut frozen: Vec<T> = Vec::with_capacity(self.frozen.len());
         for &f in &self.frozen {
             frozen.push(match f {
-                Frozen::Constant(v) => v,
+                Frozen::Constant(v) => T::constant(v),
                 Frozen::Parameter(p) => parameters[p as usize],
-                Frozen::Unary(op, a) => op.apply(frozen[a as usize]),
-                Frozen::Binary(op, a, b) => op.apply(frozen[a as usize], frozen[b as usize]),
+                Frozen::Unary(op, a) => frozen[a as usize].unary(op),
+                Frozen::Binary(op, a, b) => frozen[a as usize].binary(op, frozen[b as usize]),
             });
         }
         Bound { frozen }
     }
 
     /// Evaluate the outputs. `variables[k]` is the variable in slot `parameters + k`.
-    pub fn evaluate(&self, bound: &Bound, variables: &[f64], outputs: &mut [f64]) {
+    #[inline(always)]
+    pub fn evaluate<T: Number>(&self, bound: &Bound<T>, variables: &[T], outputs: &mut [T]) {
         // The registers live on the stack; small programs need not clear a large one.
         match self.registers {
-            0..=32 => self.run::<32>(bound, variables, outputs),
-            33..=64 => self.run::<64>(bound, variables, outputs),
-            65..=256 => self.run::<256>(bound, variables, outputs),
-            257..=2048 => self.run::<2048>(bound, variables, outputs),
-            n => self.run_in(&mut vec![0.0; n], bound, variables, outputs),
+            0..=32 => self.run::<32, T>(bound, variables, outputs),
+            33..=64 => self.run::<64, T>(bound, variables, outputs),
+            65..=256 => self.run::<256, T>(bound, variables, outputs),
+            257..=2048 => self.run::<2048, T>(bound, variables, outputs),
+            n => self.run_in(&mut vec![T::constant(0.0); n], bound, variables, outputs),
         }
     }
 
-    fn run<const N: usize>(&self, bound: &Bound, variables: &[f64], outputs: &mut [f64]) {
-        self.run_in(&mut [0.0; N], bound, variables, outputs);
+    #[inline(always)]
+    fn run<const N: usize, T: Number>(&self, bound: &Bound<T>, variables: &[T], outputs: &mut [T]) {
+        self.run_in(&mut [T::constant(0.0); N], bound, variables, outputs);
     }
 
     #[inline(always)]
-    fn run_in(&self, r: &mut [f64], bound: &Bound, variables: &[f64], outputs: &mut [f64]) {
-        let frozen = bound.frozen.len();
-        r[..frozen].copy_from_slice(&bound.frozen);
+    fn run_in<T: Number>(&self, r: &mut [T], bound: &Bound<T>, variables: &[T], outputs: &mut [T]) {
+        r[..bound.frozen.len()].copy_from_slice(&bound.frozen);
+        self.evaluate_in(r, variables, outputs);
+    }
+
+    /// Registers to evaluate in again and again ([`Program::evaluate_in`]), parameters set.
+    #[must_use]
+    pub fn registers<T: Number>(&self, bound: &Bound<T>) -> Vec<T> {
+        let mut registers = bound.frozen.clone();
+        registers.resize(self.registers, T::constant(0.0));
+        registers
+    }
+
+    /// Evaluate the outputs in registers that have their parameters already.
+    #[inline(always)]
+    pub fn evaluate_in<T: Number>(&self, r: &mut [T], variables: &[T], outputs: &mut [T]) {
+        let frozen = self.frozen.len();
         for (register, &slot) in r[frozen..].iter_mut().zip(&self.variables) {
             *register = variables[slot as usize];
         }

@@ -2,6 +2,8 @@
 //! states `h' = D(q, q', h, u)`, with the effects of the catalogue that act on them.
 
 mod error;
+mod force;
+mod mass;
 mod observation;
 mod read;
 mod system;
@@ -9,7 +11,7 @@ mod write;
 
 pub use error::{ModelError, Place};
 pub use observation::Observation;
-pub use system::{Equations, System};
+pub use system::{Direction, Equations, System, Workspace};
 pub use write::{Augmentation, NewEffect, augmented_text};
 
 use crate::Hold;
@@ -286,17 +288,7 @@ impl Model {
     /// The effective inputs (row-major, as `commands`) after the input effects of this model.
     #[must_use]
     pub fn effective_inputs(&self, times: &[f64], commands: &[f64]) -> Vec<f64> {
-        let m = self.inputs.len();
-        let mut effective = commands.to_vec();
-        for e in &self.effects {
-            let Law::Input(law) = e.effect.law else { continue };
-            let column: Vec<f64> = effective.iter().skip(e.channel).step_by(m).copied().collect();
-            let out = law.transform(&e.parameters, times, &column);
-            for (k, value) in out.into_iter().enumerate() {
-                effective[k * m + e.channel] = value;
-            }
-        }
-        effective
+        effective_inputs(&self.effects, self.inputs.len(), times, commands)
     }
 
     /// What the sensors make of an entry of the machine's state.
@@ -309,6 +301,26 @@ impl Model {
             }
         })
     }
+}
+
+/// What the input effects among `effects` make of the commands to `m` actuators.
+#[must_use]
+pub fn effective_inputs(
+    effects: &[ModelEffect],
+    m: usize,
+    times: &[f64],
+    commands: &[f64],
+) -> Vec<f64> {
+    let mut effective = commands.to_vec();
+    for e in effects {
+        let Law::Input(law) = e.effect.law else { continue };
+        let column: Vec<f64> = effective.iter().skip(e.channel).step_by(m).copied().collect();
+        let out = law.transform(&e.parameters, times, &column);
+        for (k, value) in out.into_iter().enumerate() {
+            effective[k * m + e.channel] = value;
+        }
+    }
+    effective
 }
 
 /// The unit of a rate.

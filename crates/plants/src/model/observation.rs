@@ -1,6 +1,7 @@
 //! What the recordings see of the machine's state.
 
 use super::{Measured, Model};
+use crate::Number;
 use crate::expression::{Bound, Program};
 
 /// The measured quantities of a model, compiled.
@@ -32,12 +33,19 @@ impl Observation {
 
     /// Set the parameters.
     #[must_use]
-    pub fn bind(&self, parameters: &[f64]) -> Bound {
+    pub fn bind<T: Number>(&self, parameters: &[T]) -> Bound<T> {
         self.program.bind(parameters)
     }
 
     /// The measured quantities at a state (memory beyond the machine's state is ignored).
-    pub fn evaluate(&self, bound: &Bound, t: f64, state: &[f64], u: &[f64], out: &mut [f64]) {
+    pub fn evaluate<T: Number>(
+        &self,
+        bound: &Bound<T>,
+        t: f64,
+        state: &[T],
+        u: &[T],
+        out: &mut [T],
+    ) {
         // Most outputs are entries of the state; they need no program.
         let plain = |m: &Measured| !matches!(m, Measured::Expression(_));
         if self.measured.iter().all(plain) {
@@ -53,7 +61,7 @@ impl Observation {
         let mut variables = Vec::with_capacity(self.states + self.inputs + 1);
         variables.extend_from_slice(&state[..self.states]);
         variables.extend_from_slice(u);
-        variables.push(t);
+        variables.push(T::constant(t));
         self.program.evaluate(bound, &variables, out);
     }
 }

@@ -1,9 +1,11 @@
 //! A model compiled to be simulated: a [`Plant`] of the machine and its effects' memory.
 
+use super::force::Force;
+use super::mass::solve_mass;
 use super::{Model, ModelEffect};
-use crate::Plant;
 use crate::expression::{Bound, Program};
-use lacuna_effects::{ForceLaw, Law, Local, MOST_AMPLITUDES};
+use crate::{Dual, LANES, Number, Plant};
+use lacuna_effects::Law;
 
 /// The model's equations, compiled; parameters are free.
 #[derive(Clone, Debug)]
@@ -28,13 +30,13 @@ impl Equations {
 
     /// Set the parameters.
     #[must_use]
-    pub fn bind(&self, parameters: &[f64]) -> Bound {
+    pub fn bind<T: Number>(&self, parameters: &[T]) -> Bound<T> {
         self.program.bind(parameters)
     }
 
     /// Mass matrix (row-major) followed by the generalised forces and first-order
     /// derivatives, at `variables` = coordinates, velocities, first-order states, inputs, time.
-    pub fn evaluate(&self, bound: &Bound, variables: &[f64], mass_and_force: &mut [f64]) {
+    pub fn evaluate<T: Number>(&self, bound: &Bound<T>, variables: &[T], mass_and_force: &mut [T]) {
         self.program.evaluate(bound, variables, mass_and_force);
     }
 
@@ -48,27 +50,29 @@ impl Equations {
 /// Most variables and outputs that are evaluated without touching the heap.
 const ON_STACK: usize = 20;
 
-/// A model with its parameters and force effects set: a plant that can be simulated.
+/// What a derivative is taken with respect to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// A parameter of the model.
+    Parameter(usize),
+    /// An internal parameter (amplitudes, then shape) of one of the effects: effect, parameter.
+    Effect(usize, usize),
+    /// A constant force on a channel.
+    Force(usize),
+}
+
+/// A model with its parameters and force effects set: a plant that can be simulated, in plain
+/// numbers or, with derivatives, in [`Dual`] ones.
 /// Input effects are applied to the input series beforehand
 /// ([`Model::effective_inputs`]), sensor effects to the result.
 #[derive(Clone, Debug)]
-pub struct System {
+pub struct System<T: Number = f64> {
     equations: Equations,
-    bound: Bound,
+    bound: Bound<T>,
     inputs: usize,
-    forces: Vec<Force>,
-    memory: usize,
-}
-
-/// A force effect, its parameters turned to amplitudes and shape.
-#[derive(Clone, Debug)]
-struct Force {
-    law: &'static dyn ForceLaw,
-    channel: usize,
-    other: Option<usize>,
-    amplitudes: Vec<f64>,
-    shape: Vec<f64>,
-    /// Where its memory begins in the memory of all.
+    forces: Vec<Force<T>>,
+    /// Constant forces, one a channel.
+    push: Vec<T>,
     memory: usize,
 }
 
@@ -87,69 +91,8 @@ impl System {
         parameters: &[f64],
         effects: &[ModelEffect],
     ) -> Self {
-        let mut memory = 0;
-        let mut forces = Vec::new();
-        for e in effects {
-            let Law::Force(law) = e.effect.law else { continue };
-            let mut amplitudes = law.internal(&e.parameters);
-            let shape = amplitudes.split_off(law.amplitudes());
-            let ModelEffect { channel, other, .. } = *e;
-            forces.push(Force { law, channel, other, amplitudes, shape, memory });
-            memory += law.memory();
-        }
-        let bound = equations.bind(parameters);
-        Self { equations: equations.clone(), bound, inputs: model.inputs.len(), forces, memory }
-    }
-
-    /// Length of the machine's state, memory apart.
-    #[must_use]
-    pub fn machine_states(&self) -> usize {
-        2 * self.equations.coordinates + self.equations.states
-    }
-
-    /// The whole state for a state of the machine: the effects' memory is at rest there.
-    #[must_use]
-    pub fn at_rest(&self, machine: &[f64]) -> Vec<f64> {
-        let mut state = machine.to_vec();
-        state.resize(machine.len() + self.memory, 0.0);
-        for force in &self.forces {
-            let at = self.local(force, 0.0, machine);
-            let begin = machine.len() + force.memory;
-            let memory = &mut state[begin..begin + force.law.memory()];
-            force.law.memory_at_rest(&at, memory);
-        }
-        state
-    }
-
-    /// What a force effect sees of a state.
-    fn local(&self, force: &Force, t: f64, state: &[f64]) -> Local {
-        let n = self.equations.coordinates;
-        // Velocities of coordinates stand n after them; a first-order state stands n after
-        // its channel's number and is its own velocity.
-        let q = |c: usize| if c < n { state[c] } else { state[c + n] };
-        let (other_q, other_v) = force.other.map_or((0.0, 0.0), |o| (q(o), state[o + n]));
-        Local { t, q: q(force.channel), v: state[force.channel + n], other_q, other_v }
-    }
-
-    /// Add the effects' forces to `force` and write their memories' rates.
-    fn add_effects(&self, t: f64, state: &[f64], force: &mut [f64], derivative: &mut [f64]) {
-        let machine = self.machine_states();
-        let mut basis = [0.0; MOST_AMPLITUDES];
-        for f in &self.forces {
-            let at = self.local(f, t, state);
-            let range = machine + f.memory..machine + f.memory + f.law.memory();
-            let memory = &state[range.clone()];
-            let basis = &mut basis[..f.amplitudes.len()];
-            f.law.basis(&f.shape, &at, memory, basis);
-            let sum: f64 = f.amplitudes.iter().zip(&*basis).map(|(a, b)| a * b).sum();
-            force[f.channel] += sum;
-            if let (true, Some(other)) = (f.law.reacts(), f.other) {
-                force[other] -= sum;
-            }
-            if !range.is_empty() {
-                f.law.memory_rate(&f.shape, &at, memory, &mut derivative[range]);
-            }
-        }
+        let push = vec![0.0; model.channels()];
+        Self::built(model, equations, parameters, effects, push, |_, e| e.internal())
     }
 
     /// Determinant of the mass matrix at a state; 1 without coordinates.
@@ -162,6 +105,232 @@ impl System {
         self.equations.evaluate(&self.bound, &variables, &mut outputs);
         nalgebra::DMatrix::from_row_slice(n, n, &outputs[..n * n]).determinant()
     }
+}
+
+impl System<Dual> {
+    /// The same with derivatives in up to [`LANES`] directions, each in the lane that stands
+    /// beside it; states and inputs bring their own. `sample` is the time from sample to sample.
+    #[must_use]
+    pub fn along(
+        model: &Model,
+        equations: &Equations,
+        parameters: &[f64],
+        effects: &[ModelEffect],
+        directions: &[(Direction, usize)],
+        sample: f64,
+    ) -> Self {
+        debug_assert!(directions.iter().all(|d| d.1 < LANES));
+        let mut numbers: Vec<Dual> = parameters.iter().map(|&p| Dual::constant(p)).collect();
+        let mut push = vec![Dual::constant(0.0); model.channels()];
+        for &(direction, lane) in directions {
+            match direction {
+                Direction::Parameter(k) => numbers[k] = Dual::direction(parameters[k], lane),
+                Direction::Force(c) => push[c] = Dual::direction(0.0, lane),
+                Direction::Effect(..) => {}
+            }
+        }
+        let lanes = |index: usize| {
+            directions.iter().filter_map(move |&(d, lane)| match d {
+                Direction::Effect(e, j) if e == index => Some((j, lane)),
+                _ => None,
+            })
+        };
+        let mut system = Self::built(model, equations, &numbers, effects, push, |index, e| {
+            e.internal_along(lanes(index))
+        });
+        for force in &mut system.forces {
+            force.resolve(sample);
+        }
+        system
+    }
+}
+
+impl<T: Number> System<T> {
+    fn built(
+        model: &Model,
+        equations: &Equations,
+        parameters: &[T],
+        effects: &[ModelEffect],
+        push: Vec<T>,
+        internal: impl Fn(usize, &ModelEffect) -> Vec<T>,
+    ) -> Self {
+        let mut memory = 0;
+        let mut forces = Vec::new();
+        for (index, e) in effects.iter().enumerate() {
+            let Law::Force(law) = e.effect.law else { continue };
+            forces.push(Force::new(law, e, internal(index, e), memory));
+            memory += law.memory();
+        }
+        let bound = equations.bind(parameters);
+        let inputs = model.inputs.len();
+        Self { equations: equations.clone(), bound, inputs, forces, push, memory }
+    }
+
+    /// Length of the machine's state, memory apart.
+    #[must_use]
+    pub fn machine_states(&self) -> usize {
+        2 * self.equations.coordinates + self.equations.states
+    }
+
+    /// Length of the whole state.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.machine_states() + self.memory
+    }
+
+    /// The whole state for a state of the machine: the effects' memory is at rest there.
+    #[must_use]
+    pub fn at_rest(&self, machine: &[f64]) -> Vec<f64> {
+        let mut state = machine.to_vec();
+        state.resize(machine.len() + self.memory, 0.0);
+        for force in &self.forces {
+            force.rest(self.equations.coordinates, &mut state, machine.len());
+        }
+        state
+    }
+
+    /// Room to evaluate this system in.
+    #[must_use]
+    pub fn workspace(&self) -> Workspace<T> {
+        let zero = T::constant(0.0);
+        let width = self.width();
+        Workspace {
+            registers: self.equations.program.registers(&self.bound),
+            variables: vec![zero; self.machine_states() + self.inputs + 1],
+            outputs: vec![zero; self.equations.outputs()],
+            slope: std::array::from_fn(|_| vec![zero; width]),
+            stage: vec![zero; width],
+            input: vec![zero; self.inputs],
+        }
+    }
+
+    /// Advance the state from `times.0` to `times.1` by `substeps` RK4 steps, the input on a
+    /// straight line from `inputs.0` to `inputs.1`.
+    pub fn advance(
+        &self,
+        w: &mut Workspace<T>,
+        times: (f64, f64),
+        inputs: (&[T], &[T]),
+        substeps: usize,
+        state: &mut [T],
+    ) {
+        // One copy of what follows for every width of vectors: the lanes of dual numbers fill
+        // the widest.
+        let step = Step { system: self, workspace: w, times, inputs, substeps, state };
+        pulp::Arch::new().dispatch(step);
+    }
+
+    #[inline(always)]
+    fn advance_here(
+        &self,
+        w: &mut Workspace<T>,
+        times: (f64, f64),
+        inputs: (&[T], &[T]),
+        substeps: usize,
+        state: &mut [T],
+    ) {
+        let h = (times.1 - times.0) / substeps as f64;
+        for s in 0..substeps {
+            let share = |c: f64| (s as f64 + c) / substeps as f64;
+            let t = times.0 + s as f64 * h;
+            self.stage(w, 0, (t, share(0.0)), inputs, (state, 0.0));
+            self.stage(w, 1, (t + 0.5 * h, share(0.5)), inputs, (state, 0.5 * h));
+            self.stage(w, 2, (t + 0.5 * h, share(0.5)), inputs, (state, 0.5 * h));
+            self.stage(w, 3, (t + h, share(1.0)), inputs, (state, h));
+            let [k1, k2, k3, k4] = &w.slope;
+            for (i, x) in state.iter_mut().enumerate() {
+                let sum = k1[i] + (k2[i] + k3[i]).scaled(2.0) + k4[i];
+                *x = *x + sum.scaled(h / 6.0);
+            }
+        }
+    }
+
+    #[inline(always)]
+    /// The slope of one RK4 stage: at `state` moved by a step along the slope before it.
+    fn stage(
+        &self,
+        w: &mut Workspace<T>,
+        k: usize,
+        (t, share): (f64, f64),
+        (here, next): (&[T], &[T]),
+        (state, step): (&[T], f64),
+    ) {
+        for (u, (a, b)) in w.input.iter_mut().zip(here.iter().zip(next)) {
+            *u = *a + (*b - *a).scaled(share);
+        }
+        w.stage.copy_from_slice(state);
+        if k > 0 {
+            for (x, slope) in w.stage.iter_mut().zip(&w.slope[k - 1]) {
+                *x = *x + slope.scaled(step);
+            }
+        }
+        let Workspace { registers, variables, outputs, slope, stage, input } = w;
+        let evaluate = |v: &[T], o: &mut [T]| {
+            self.equations.program.evaluate_in(registers, v, o);
+        };
+        self.rates(t, stage, input, &mut slope[k], variables, outputs, evaluate);
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn rates(
+        &self,
+        t: f64,
+        state: &[T],
+        u: &[T],
+        derivative: &mut [T],
+        variables: &mut [T],
+        outputs: &mut [T],
+        evaluate: impl FnOnce(&[T], &mut [T]),
+    ) {
+        let machine = self.machine_states();
+        variables[..machine].copy_from_slice(&state[..machine]);
+        variables[machine..machine + u.len()].copy_from_slice(u);
+        variables[machine + u.len()] = T::constant(t);
+        evaluate(variables, outputs);
+        let n = self.equations.coordinates;
+        let (mass, force) = outputs.split_at_mut(n * n);
+        for (f, p) in force.iter_mut().zip(&self.push) {
+            *f = *f + *p;
+        }
+        for f in &self.forces {
+            f.add((n, machine), t, state, force, derivative);
+        }
+        solve_mass(mass, &mut force[..n]);
+        derivative[..n].copy_from_slice(&state[n..2 * n]);
+        derivative[n..machine].copy_from_slice(force);
+    }
+}
+
+/// A call of [`System::advance`], to be dispatched.
+struct Step<'a, T: Number> {
+    system: &'a System<T>,
+    workspace: &'a mut Workspace<T>,
+    times: (f64, f64),
+    inputs: (&'a [T], &'a [T]),
+    substeps: usize,
+    state: &'a mut [T],
+}
+
+impl<T: Number> pulp::WithSimd for Step<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        let Self { system, workspace, times, inputs, substeps, state } = self;
+        system.advance_here(workspace, times, inputs, substeps, state);
+    }
+}
+
+/// Room for [`System::advance`].
+#[derive(Clone, Debug)]
+pub struct Workspace<T> {
+    registers: Vec<T>,
+    variables: Vec<T>,
+    outputs: Vec<T>,
+    slope: [Vec<T>; 4],
+    stage: Vec<T>,
+    input: Vec<T>,
 }
 
 impl Plant for System {
@@ -179,83 +348,20 @@ impl Plant for System {
     }
 
     fn states(&self) -> usize {
-        self.machine_states() + self.memory
+        self.width()
     }
 
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], derivative: &mut [f64]) {
         let variables = self.machine_states() + self.inputs + 1;
         let outputs = self.equations.outputs();
+        let evaluate = |v: &[f64], o: &mut [f64]| self.equations.evaluate(&self.bound, v, o);
         if variables <= ON_STACK && outputs <= ON_STACK {
             let (mut v, mut o) = ([0.0; ON_STACK], [0.0; ON_STACK]);
-            self.rates(t, state, u, derivative, &mut v[..variables], &mut o[..outputs]);
+            let (v, o) = (&mut v[..variables], &mut o[..outputs]);
+            self.rates(t, state, u, derivative, v, o, evaluate);
         } else {
             let (mut v, mut o) = (vec![0.0; variables], vec![0.0; outputs]);
-            self.rates(t, state, u, derivative, &mut v, &mut o);
+            self.rates(t, state, u, derivative, &mut v, &mut o, evaluate);
         }
-    }
-}
-
-impl System {
-    fn rates(
-        &self,
-        t: f64,
-        state: &[f64],
-        u: &[f64],
-        derivative: &mut [f64],
-        variables: &mut [f64],
-        outputs: &mut [f64],
-    ) {
-        let machine = self.machine_states();
-        variables[..machine].copy_from_slice(&state[..machine]);
-        variables[machine..machine + u.len()].copy_from_slice(u);
-        variables[machine + u.len()] = t;
-        self.equations.evaluate(&self.bound, variables, outputs);
-        let n = self.equations.coordinates;
-        let (mass, force) = outputs.split_at_mut(n * n);
-        self.add_effects(t, state, force, derivative);
-        solve_mass(mass, &mut force[..n]);
-        derivative[..n].copy_from_slice(&state[n..2 * n]);
-        derivative[n..machine].copy_from_slice(force);
-    }
-}
-
-/// `force <- mass^-1 force`; not finite where the mass matrix is singular. Both are
-/// overwritten. Gaussian elimination with pivoting; one and two coordinates, the usual
-/// sizes in a hot loop, by formula.
-fn solve_mass(mass: &mut [f64], force: &mut [f64]) {
-    match force {
-        [] => {}
-        [f] => *f /= mass[0],
-        [f, g] => {
-            let (a, b, c, d) = (mass[0], mass[1], mass[2], mass[3]);
-            let determinant = a * d - b * c;
-            (*f, *g) = ((d * *f - b * *g) / determinant, (a * *g - c * *f) / determinant);
-        }
-        _ => eliminate(mass, force),
-    }
-}
-
-fn eliminate(mass: &mut [f64], force: &mut [f64]) {
-    let n = force.len();
-    for k in 0..n {
-        let size = |i: &usize| mass[i * n + k].abs();
-        let pivot = (k..n).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(k);
-        if pivot != k {
-            for j in 0..n {
-                mass.swap(k * n + j, pivot * n + j);
-            }
-            force.swap(k, pivot);
-        }
-        for i in k + 1..n {
-            let share = mass[i * n + k] / mass[k * n + k];
-            for j in k..n {
-                mass[i * n + j] -= share * mass[k * n + j];
-            }
-            force[i] -= share * force[k];
-        }
-    }
-    for k in (0..n).rev() {
-        let known: f64 = (k + 1..n).map(|j| mass[k * n + j] * force[j]).sum();
-        force[k] = (force[k] - known) / mass[k * n + k];
     }
 }

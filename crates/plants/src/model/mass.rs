@@ -1,0 +1,48 @@
+//! Solving for accelerations.
+
+use crate::Number;
+
+/// `force <- mass^-1 force`; not finite where the mass matrix is singular. Both are
+/// overwritten. Gaussian elimination with pivoting; one and two coordinates, the usual
+/// sizes in a hot loop, by formula.
+#[inline(always)]
+pub(super) fn solve_mass<T: Number>(mass: &mut [T], force: &mut [T]) {
+    match force {
+        [] => {}
+        [f] => *f = *f / mass[0],
+        [f, g] => {
+            let (a, b, c, d) = (mass[0], mass[1], mass[2], mass[3]);
+            let determinant = a * d - b * c;
+            (*f, *g) = ((d * *f - b * *g) / determinant, (a * *g - c * *f) / determinant);
+        }
+        _ => eliminate(mass, force),
+    }
+}
+
+fn eliminate<T: Number>(mass: &mut [T], force: &mut [T]) {
+    let n = force.len();
+    for k in 0..n {
+        let size = |i: &usize| mass[i * n + k].value().abs();
+        let pivot = (k..n).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(k);
+        if pivot != k {
+            for j in 0..n {
+                mass.swap(k * n + j, pivot * n + j);
+            }
+            force.swap(k, pivot);
+        }
+        for i in k + 1..n {
+            let share = mass[i * n + k] / mass[k * n + k];
+            for j in k..n {
+                mass[i * n + j] = mass[i * n + j] - share * mass[k * n + j];
+            }
+            force[i] = force[i] - share * force[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let mut rest = force[k];
+        for j in k + 1..n {
+            rest = rest - mass[k * n + j] * force[j];
+        }
+        force[k] = rest / mass[k * n + k];
+    }
+}
