@@ -1,7 +1,5 @@
 //! Which effect could act where: the catalogue spread over a model's channels and inputs.
 
-use crate::trajectories::SmoothedRecording;
-use crate::weak::{Column, WeakForm};
 use lacuna_effects::{Acts, CATALOGUE, Effect, Law, Scales, Variable};
 use lacuna_plants::Model;
 
@@ -32,10 +30,11 @@ pub struct Term {
     pub shape: Vec<f64>,
 }
 
-/// Every candidate on the measured channels and the inputs of a model. Effects that the
-/// model has already are left out.
+/// Every candidate on force channels, on the inputs and on the sensors of a model; sensors are
+/// told by the entry of the machine's state that they measure. Effects that the model has
+/// already are left out.
 #[must_use]
-pub fn candidates(model: &Model, channels: &[usize]) -> Vec<Candidate> {
+pub fn candidates(model: &Model, channels: &[usize], sensors: &[usize]) -> Vec<Candidate> {
     let mut out = Vec::new();
     for &effect in CATALOGUE {
         match effect.law {
@@ -53,8 +52,11 @@ pub fn candidates(model: &Model, channels: &[usize]) -> Vec<Candidate> {
                 channel,
                 other: None,
             })),
-            // What sensors do wrong shows in the prediction, not as a force.
-            Law::Sensor(_) => {}
+            Law::Sensor(_) => out.extend(sensors.iter().map(|&channel| Candidate {
+                effect,
+                channel,
+                other: None,
+            })),
         }
     }
     let present = |c: &Candidate| {
@@ -100,8 +102,14 @@ impl Candidate {
     /// the same kind of physics in the same place.
     #[must_use]
     pub fn excludes(&self, other: &Self) -> bool {
-        let dry = |c: &Self| DRY_FRICTION.contains(&c.effect.class);
-        self == other || (self.channel == other.channel && dry(self) && dry(other))
+        let dry = self.is_dry_friction() && other.is_dry_friction();
+        self == other || (self.channel == other.channel && dry)
+    }
+
+    /// Whether this is a law of dry friction.
+    #[must_use]
+    pub fn is_dry_friction(&self) -> bool {
+        matches!(self.effect.law, Law::Force(_)) && DRY_FRICTION.contains(&self.effect.class)
     }
 
     /// Shapes to screen on recordings of these scales.
@@ -110,84 +118,7 @@ impl Candidate {
         match self.effect.law {
             Law::Force(law) => law.shapes(scales),
             Law::Input(law) => law.shapes(scales),
-            Law::Sensor(_) => vec![],
+            Law::Sensor(_) => vec![vec![]],
         }
     }
-
-    /// Magnitudes of the channel or input it acts on.
-    #[must_use]
-    pub fn scales(&self, weak: &WeakForm) -> Scales {
-        let model = weak.model();
-        let recordings: Vec<_> = weak.smoothed().collect();
-        let force = matches!(self.effect.law, Law::Force(_));
-        let series = |value: &dyn Fn(&SmoothedRecording, usize) -> f64| -> Vec<f64> {
-            recordings.iter().flat_map(|s| (0..s.len()).map(move |k| value(s, k))).collect()
-        };
-        let (q, v) = if force {
-            (
-                series(&|s, k| s.local(self.channel, None, k).q),
-                series(&|s, k| s.local(self.channel, None, k).v),
-            )
-        } else {
-            (vec![0.0], vec![0.0])
-        };
-        let u = if force {
-            vec![0.0]
-        } else {
-            let m = model.inputs.len();
-            series(&|s, k| s.commands[k * m + self.channel])
-        };
-        let largest = u.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-        let first = recordings[0];
-        let steps = (first.len() - 1) as f64;
-        let begin = recordings.iter().map(|r| r.times[0]).fold(f64::INFINITY, f64::min);
-        let end = recordings.iter().map(|r| r.times[r.len() - 1]).fold(f64::NEG_INFINITY, f64::max);
-        Scales {
-            q: range(&q),
-            v: deviation(&v),
-            input: (deviation(&u), largest),
-            step: (first.times[first.len() - 1] - first.times[0]) / steps,
-            time: (begin, end),
-        }
-    }
-}
-
-impl Term {
-    /// Columns of a force law, one an amplitude; none for an input law that is not linear in
-    /// its parameter.
-    #[must_use]
-    pub fn columns(&self, weak: &WeakForm, parameters: &[f64]) -> Vec<Column> {
-        let Candidate { effect, channel, other } = self.candidate;
-        let Law::Force(law) = effect.law else { return vec![] };
-        let reaction = other.filter(|_| law.reacts());
-        (0..law.amplitudes())
-            .map(|k| {
-                weak.force_column(parameters, channel, reaction, |s| {
-                    s.basis(law, &self.shape, channel, other).swap_remove(k)
-                })
-            })
-            .collect()
-    }
-
-    /// Apply an input law to the inputs of a recording.
-    pub fn transform(&self, times: &[f64], inputs: &mut [f64], width: usize) {
-        let Law::Input(law) = self.candidate.effect.law else { return };
-        let j = self.candidate.channel;
-        let column: Vec<f64> = inputs.iter().skip(j).step_by(width).copied().collect();
-        for (k, value) in law.transform(&self.shape, times, &column).into_iter().enumerate() {
-            inputs[k * width + j] = value;
-        }
-    }
-}
-
-/// Smallest and largest value.
-fn range(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)))
-}
-
-/// Standard deviation.
-pub(crate) fn deviation(values: &[f64]) -> f64 {
-    let n = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }

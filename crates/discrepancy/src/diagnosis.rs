@@ -77,9 +77,29 @@ pub struct Finding {
     pub evidence: f64,
     /// The finding in words.
     pub says: String,
+    /// What would tell it from its first rival, where the recordings leave that open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub experiment: Option<Experiment>,
     /// The missing force along one variable, for a picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
+}
+
+/// An experiment that would tell rivals apart: a sine on one input, and what it would show.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Experiment {
+    /// Input to drive.
+    pub drive: String,
+    /// Amplitude of the sine.
+    pub amplitude: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Its frequency (Hz).
+    pub frequency_hz: f64,
+    /// Output to watch.
+    pub watch: String,
+    /// Root mean square difference of the two predictions there, in units of the noise.
+    pub difference_over_noise: f64,
 }
 
 /// A number with its standard deviation and unit.
@@ -151,6 +171,15 @@ pub struct ChannelMismatch {
     pub explained_by: Vec<String>,
     /// Log evidence (nats) that a force is missing in this channel's equation.
     pub significance: f64,
+    /// The variable over which a free curve shows it best.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depends_on: Option<String>,
+    /// Range of that variable in which it acts.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub region: BTreeMap<String, [f64; 2]>,
+    /// When it begins (s), where nothing was missing before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
     /// Standard deviation of the force that is missing before anything is added.
     pub missing_force: f64,
     /// Its unit.

@@ -101,11 +101,15 @@ pub enum DiagnoseError {
         /// The channel.
         channel: String,
     },
-    /// The weak form cannot be set up.
-    #[error("the weak form of the model cannot be set up: {reason}")]
-    Weak {
-        /// What stands in the way.
-        reason: String,
+    /// The model cannot be simulated on the recordings.
+    #[error(
+        "the model '{model}' cannot be run along the recordings: it diverges, or leaves the range \
+         in which its expressions are defined, even over the shortest windows; check its \
+         parameters, the units of the columns, and with `lacuna simulate` where it leaves them"
+    )]
+    Diverges {
+        /// The model.
+        model: String,
     },
     /// An identified model without names.
     #[error(
@@ -128,7 +132,8 @@ pub enum DiagnoseError {
     },
     /// A channel that no column measures.
     #[error(
-        "no column measures '{channel}': a diagnosis needs every coordinate and state measured; simulate does not"
+        "no column measures '{channel}': a diagnosis needs every coordinate measured (first-order states \
+         may be hidden); simulate does not"
     )]
     Unmeasured {
         /// The channel.

@@ -13,30 +13,29 @@
 //! | --- | --- |
 //! | measured channels, noise sigma | [`Dataset`], [`Observed`] |
 //! | smoothed motion q, q' | [`trajectories::SmoothedRecording`] |
-//! | test function phi, residual `int phi (M q'' - F) dt` | [`weak::WeakForm`] |
-//! | noise covariance, white force tau | [`weak::Whitener`] |
-//! | amplitudes a, parameters p, evidence | [`evidence::regress`] |
-//! | law b with shape s | [`lacuna_effects::ForceLaw`], [`candidates::Term`] |
-//! | forward selection | [`screen::Screen`] |
-//! | multiple shooting | [`shooting::Shooting`] |
+//! | law b with shape s, priors of a and s | [`lacuna_effects::ForceLaw`], [`candidates::Term`] |
+//! | likelihood of the differential equation, evidence Z | [`likelihood`] |
+//! | occupation functionals with the Green's function as test function | [`screen::Screen`] |
+//! | forward selection, rivals, what is missed | [`search::Search`] |
+//! | held-out recordings that speak against an effect | [`search::validate`] |
 //! | free runs and windows | [`Predictor`], [`IdentifiedPredictor`] |
 //! | the whole ladder | [`diagnose::diagnose`] |
 //! | the result | [`Diagnosis`] |
 //!
-//! The weak form screens: it is linear, so hundreds of candidates cost a second. Multiple
-//! shooting with the differential equation itself confirms: its errors-in-variables are none.
+//! The linearised likelihood screens: hundreds of candidates cost a second. The likelihood
+//! itself, of the differential equation with free initial states, decides.
 
 pub mod candidates;
+pub mod colour;
 pub mod dataset;
 pub mod diagnose;
 pub mod diagnosis;
 mod error;
-pub mod evidence;
+pub mod likelihood;
 pub mod prediction;
 pub mod screen;
-pub mod shooting;
+pub mod search;
 pub mod trajectories;
-pub mod weak;
 mod words;
 
 pub use dataset::{Dataset, Observed, Output};

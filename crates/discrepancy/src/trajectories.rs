@@ -15,6 +15,8 @@ pub struct SmoothedRecording {
     pub commands: Vec<f64>,
     /// Machine states, row-major `times.len() x machine_states`.
     pub states: Vec<f64>,
+    /// Derivatives of the first-order states, row-major `times.len() x states`.
+    pub rates: Vec<f64>,
     /// Second derivatives of the coordinates, row-major `times.len() x coordinates`.
     pub accelerations: Vec<f64>,
     /// Measured minus smoothed, one series a force channel; zero where nothing was measured.
@@ -48,6 +50,7 @@ impl SmoothedRecording {
             commands: observed.commands.clone(),
             states: vec![0.0; samples * width],
             accelerations: vec![0.0; samples * n],
+            rates: vec![0.0; samples * (width - 2 * n)],
             innovations: vec![vec![0.0; samples]; model.channels()],
             coordinates: n,
             width,
@@ -75,6 +78,8 @@ impl SmoothedRecording {
                 if model.is_coordinate(channel) {
                     this.states[k * width + state + n] = path.first[k];
                     this.accelerations[k * n + channel] = path.second[k];
+                } else {
+                    this.rates[k * (width - 2 * n) + state - 2 * n] = path.first[k];
                 }
                 let innovation = measured - path.value[k];
                 this.innovations[channel][k] =
@@ -82,6 +87,33 @@ impl SmoothedRecording {
             }
         }
         Ok(this)
+    }
+
+    /// Set an entry of the machine's state at sample `k`.
+    pub fn set(&mut self, k: usize, state: usize, value: f64) {
+        self.states[k * self.width + state] = value;
+    }
+
+    /// Time derivative of an entry of the machine's state at sample `k`.
+    #[must_use]
+    pub fn rate(&self, k: usize, state: usize) -> f64 {
+        let n = self.coordinates;
+        if state < n {
+            self.state(k)[state + n]
+        } else if state < 2 * n {
+            self.accelerations[k * n + state - n]
+        } else {
+            self.rates[k * (self.width - 2 * n) + state - 2 * n]
+        }
+    }
+
+    /// The same recording on other states, row-major with rows of `stride` that begin with the
+    /// machine's.
+    #[must_use]
+    pub fn along(&self, states: &[f64], stride: usize) -> Self {
+        let rows = states.chunks_exact(stride);
+        let states = rows.flat_map(|x| x[..self.width].iter().copied()).collect();
+        Self { states, ..self.clone() }
     }
 
     /// Number of samples.

@@ -26,6 +26,12 @@ pub fn summary(diagnosis: &Diagnosis, colour: bool) -> String {
         // The numbers that a finding says after the colon follow, with more of them, below.
         out.add(BOLD, 2, finding.says.split(": ").next().unwrap_or_default());
         out.add("", 4, &details(finding));
+        if let Some((_, shape)) = finding.says.split_once("Its shape: ") {
+            out.add("", 4, &format!("shape: {}", shape.trim_end_matches('.')));
+        }
+        if let Some(experiment) = &finding.experiment {
+            out.add("", 4, &words::experiment(experiment));
+        }
     }
     for (name, c) in words::moved(diagnosis) {
         out.add("", 2, &format!("Calibrated: {}", words::calibration(name, c)));

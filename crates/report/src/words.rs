@@ -2,7 +2,7 @@
 
 use crate::number::{change, diverged, percent, plain, ratio, with_std};
 use lacuna_discrepancy::diagnosis::{
-    Calibration, ChannelFit, Diagnosis, Estimate, Finding, Verdict,
+    Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, Verdict,
 };
 
 /// Rivals below this probability are left out of the summary.
@@ -143,6 +143,20 @@ pub(crate) fn shift(c: &Calibration) -> String {
 pub fn name(finding: &Finding) -> String {
     let other = finding.other.as_ref().map_or_else(String::new, |o| format!(" and {o}"));
     format!("{} on {}{other}", class_words(&finding.class), finding.channel)
+}
+
+/// The experiment that would tell an effect from its first rival.
+#[must_use]
+pub fn experiment(e: &Experiment) -> String {
+    format!(
+        "to tell them apart: drive {} with a sine of {} at {} and watch {}; the predictions differ \
+         there by {:.1} times the noise",
+        e.drive,
+        plain(e.amplitude, &e.unit),
+        plain(e.frequency_hz, "Hz"),
+        e.watch,
+        e.difference_over_noise
+    )
 }
 
 /// The words of a class; its name with spaces where the catalogue does not have it.

@@ -1,22 +1,23 @@
 //! The ladder: condition, differ at all?, calibrate, locate, screen, confirm, prove.
 
-mod confirm;
-mod ladder;
+mod findings;
+mod location;
+mod outcome;
+mod proof;
+mod separate;
+mod split;
 
 use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Diagnosis;
+use crate::likelihood::Problem;
 use crate::prediction::Prediction;
-use crate::screen::Screen;
+use crate::search::Search;
 use crate::trajectories::unmeasured;
-use crate::weak::WeakForm;
-use confirm::Confirmation;
 use lacuna_plants::Model;
 use lacuna_plants::model::Augmentation;
-use ladder::Ladder;
-
-/// Nats that decide: an effect, or a moved parameter, must gain this much.
-const THRESHOLD: f64 = 10.0;
+use outcome::Ladder;
+pub use split::split;
 
 /// A diagnosis with what is needed to write and draw it.
 pub struct Outcome {
@@ -38,19 +39,11 @@ pub struct Proof {
     pub after: Prediction,
 }
 
-/// Split recordings into those that are fitted and those kept for proof: one in four, or the
-/// last quarter of a single one.
-#[must_use]
-pub fn split(dataset: &Dataset) -> (Dataset, Dataset) {
-    let all = &dataset.recordings;
-    if let [only] = &all[..] {
-        let cut = only.len() * 3 / 4;
-        let (head, tail) = (only.part(0..cut), only.part(cut..only.len()));
-        return (dataset.with_recordings(vec![head]), dataset.with_recordings(vec![tail]));
-    }
-    let kept = all.len().div_ceil(4);
-    let (train, held) = all.split_at(all.len() - kept);
-    (dataset.with_recordings(train.to_vec()), dataset.with_recordings(held.to_vec()))
+/// What a diagnosis may do beside naming.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Keep what is left after the named effects as learned curves in the augmented model.
+    pub learn_remainder: bool,
 }
 
 /// Diagnose a model on training recordings, with the proof on held-out ones.
@@ -63,23 +56,22 @@ pub fn diagnose(
     model: &Model,
     training: &Dataset,
     held_out: &Dataset,
+    options: Options,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Outcome, DiagnoseError> {
-    let hidden = unmeasured(model, training);
-    if let Some(&state) = hidden.first() {
+    let coordinates = 0..model.coordinates.len();
+    if let Some(state) = unmeasured(model, training).into_iter().find(|i| coordinates.contains(i)) {
         return Err(DiagnoseError::Unmeasured { channel: model.state_name(state).to_owned() });
     }
     if let Some(output) = training.constant_output() {
         return Err(DiagnoseError::Constant { channel: output.name.clone() });
     }
     progress("smoothing the recordings");
-    let weak = WeakForm::new(model, training)?;
-    let screen = Screen::new(&weak, model.values());
-    let screening = screen.search(progress)?;
-    progress("fitting the findings with the equations of motion");
-    let confirmed = Confirmation::new(model, training, &screen, &screening).run(progress);
+    let problem = Problem::new(model, training)?;
+    let proof = Problem::new(model, held_out)?;
+    let found = Search::new(&problem, &proof, progress).run(options.learn_remainder)?;
     progress("proving on held-out recordings");
-    Ladder { model, training, held_out, screen, screening, confirmed }.outcome()
+    Ok(Ladder::new(&problem, &proof, found).outcome())
 }
 
 /// Seconds that the longest recording spans.

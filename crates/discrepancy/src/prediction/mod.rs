@@ -7,9 +7,8 @@ mod state;
 mod substeps;
 
 pub use identified::IdentifiedPredictor;
-pub(crate) use model::Driven;
+
 pub use model::Predictor;
-pub(crate) use state::state_step;
 
 use crate::dataset::Observed;
 use lacuna_plants::{SimulationError, Trajectory};

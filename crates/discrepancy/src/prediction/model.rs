@@ -6,7 +6,6 @@ use crate::dataset::{Dataset, Observed};
 use lacuna_plants::expression::Bound;
 use lacuna_plants::model::{Equations, Measured, ModelEffect, Observation};
 use lacuna_plants::{Model, Plant, System, rk4_sampled};
-use nalgebra::DVector;
 use std::ops::Range;
 
 /// A model, ready to predict the outputs of a dataset.
@@ -21,7 +20,7 @@ pub struct Predictor<'a> {
 }
 
 /// A recording with the inputs that the actuators make of its commands.
-pub(crate) struct Driven<'b> {
+struct Driven<'b> {
     observed: &'b Observed,
     effective: Vec<f64>,
 }
@@ -42,15 +41,14 @@ impl<'a> Predictor<'a> {
         effects: &[ModelEffect],
         dataset: &'a Dataset,
     ) -> Self {
-        let mut this = Self::with_substeps(model, equations, parameters, effects, dataset, 1);
-        this.substeps = this.choose_substeps();
+        let mut this = Self::with_substeps((model, equations), parameters, effects, dataset, 1);
+        this.substeps = this.needed_substeps(substeps::TOLERANCE, substeps::MOST);
         this
     }
 
     /// The same with a given number of RK4 steps a sample.
     pub(crate) fn with_substeps(
-        model: &Model,
-        equations: &Equations,
+        (model, equations): (&Model, &Equations),
         parameters: &[f64],
         effects: &[ModelEffect],
         dataset: &'a Dataset,
@@ -66,21 +64,18 @@ impl<'a> Predictor<'a> {
         Self { model, system, observation, bound, dataset, weights, substeps }
     }
 
-    /// RK4 steps between two samples.
-    pub(crate) fn substeps(&self) -> usize {
-        self.substeps
-    }
-
-    fn choose_substeps(&self) -> usize {
+    /// RK4 steps between two samples, at most so many, whose error stays below a share of the
+    /// noise.
+    pub(crate) fn needed_substeps(&self, tolerance: f64, most: usize) -> usize {
         let Some(observed) = self.dataset.recordings.first() else { return 1 };
         let driven = self.drive(observed);
         let starts = substeps::stretches(observed).map(|s| (self.guess(observed, s.start), s));
-        substeps::fewest(self.dataset, |steps| {
+        substeps::fewest(self.dataset, (tolerance, most), |steps| {
             starts.each_ref().map(|(state, s)| self.run(&driven, s.clone(), state, steps))
         })
     }
 
-    pub(crate) fn drive<'b>(&self, observed: &'b Observed) -> Driven<'b> {
+    fn drive<'b>(&self, observed: &'b Observed) -> Driven<'b> {
         let effective = self.model.effective_inputs(&observed.times, &observed.commands);
         Driven { observed, effective }
     }
@@ -115,12 +110,6 @@ impl<'a> Predictor<'a> {
         outputs
     }
 
-    /// A state of this model for one of the same machine with other effects: their memory is
-    /// at rest.
-    pub(crate) fn with_memory_at_rest(&self, state: &[f64]) -> Vec<f64> {
-        self.system.at_rest(&state[..self.model.machine_states()])
-    }
-
     /// A first guess of the state at a sample: what is measured there, velocities as slopes
     /// over a few samples, zero for what is not measured, memory at rest.
     fn guess(&self, observed: &Observed, at: usize) -> Vec<f64> {
@@ -137,21 +126,6 @@ impl<'a> Predictor<'a> {
             }
         }
         self.system.at_rest(&x)
-    }
-
-    /// The state (memory of effects included) at the beginning of `range` that fits its samples best.
-    pub(crate) fn fit_state(&self, driven: &Driven, range: Range<usize>) -> Vec<f64> {
-        state::fit_state(&Driving { predictor: self, driven }, range)
-    }
-
-    /// Weighted residual over a range from a state.
-    pub(crate) fn residual(
-        &self,
-        driven: &Driven,
-        range: &Range<usize>,
-        x: &[f64],
-    ) -> DVector<f64> {
-        state::residual(&Driving { predictor: self, driven }, range, x)
     }
 
     /// A run to the end from the state that fits the first `warmup` samples, which do not

@@ -5,7 +5,9 @@ use crate::dataset::{Dataset, Observed};
 use std::ops::Range;
 
 /// Most RK4 steps between two samples.
-const MOST_SUBSTEPS: usize = 32;
+pub(super) const MOST: usize = 32;
+/// Error of the steps as a share of the noise.
+pub(super) const TOLERANCE: f64 = 0.01;
 
 /// Three stretches of a recording on which steps are compared.
 pub(super) fn stretches(observed: &Observed) -> [Range<usize>; 3] {
@@ -16,16 +18,19 @@ pub(super) fn stretches(observed: &Observed) -> [Range<usize>; 3] {
 
 /// Fewest RK4 steps a sample whose error over some stretches stays well below the noise:
 /// doubled until doubling changes little. `runs` are those of the stretches with so many steps.
-pub(super) fn fewest(dataset: &Dataset, runs: impl Fn(usize) -> [Series; 3]) -> usize {
-    const TOLERANCE: f64 = 0.01;
+pub(super) fn fewest(
+    dataset: &Dataset,
+    (tolerance, most): (f64, usize),
+    runs: impl Fn(usize) -> [Series; 3],
+) -> usize {
     let mut substeps = 1;
     let mut coarse = runs(substeps);
-    while substeps < MOST_SUBSTEPS {
+    while substeps < most {
         substeps *= 2;
         let fine = runs(substeps);
         let pairs = coarse.iter().zip(&fine);
         let change = pairs.map(|(a, b)| weighted_distance(dataset, a, b)).fold(0.0, f64::max);
-        if change < TOLERANCE {
+        if change < tolerance {
             return substeps / 2;
         }
         coarse = fine;

@@ -1,351 +1,249 @@
-//! Screening: which effects of the catalogue does the weak residual ask for?
+//! Screening: what every candidate would gain, judged by the likelihood linearised along the
+//! fitted trajectory.
 //!
-//! Forward selection by evidence. At each step every candidate is tried over its grid of
-//! shapes with the noise as it is; the best few are refined (shape by a simplex search, the
-//! white force that stands for the unexplained re-estimated) and compared by log evidence.
-//! Afterwards each effect is dropped in turn.
+//! A small force `sum_k a_k b_k(x(t))` changes the outputs by `sum_k a_k Gamma_k`, where
+//!
+//! ```text
+//! Gamma_k(t) = int_0^t G(t, tau) b_k(x(tau)) dtau
+//! ```
+//!
+//! is the occupation functional of the basis with the Green's function G of the linearised
+//! equations as its test function ([`Maps`]). The residual is regressed on Gamma, on the
+//! derivatives by theta and on those by every window's states; the latter are eliminated, and
+//! the evidence of the amplitudes `a ~ N(0, S^2)` follows in closed form:
+//!
+//! ```text
+//! gain = g^T c / 2 - log det(H) / 2,   H = I + S G S / s,   c = H^-1 g
+//! ```
 
-mod guards;
-mod learn;
-mod shapes;
-mod shortlist;
-mod system;
+mod columns;
+mod curves;
+mod local;
+mod maps;
 
-pub use learn::{Learned, Over};
-use system::System;
-
-use crate::DiagnoseError;
-use crate::candidates::{Candidate, Term, candidates};
-use crate::evidence::{Evidence, Normal, colour};
-use crate::trajectories::SmoothedRecording;
-use crate::weak::{Column, WeakForm, Whitener};
-use lacuna_effects::{Law, Range};
+use crate::candidates::{Candidate, Term};
+use crate::likelihood::{Fit, Problem};
+pub use curves::{Learned, Over};
+use lacuna_effects::{Law, Prior};
+use local::{Along, along, dot, dots};
+pub use maps::{Drive, Maps};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Nats by which an effect must beat the model without it.
-const THRESHOLD: f64 = 10.0;
-/// Share of the first effect's gain that later ones must reach: formulas are never exact,
-/// and what a slightly wrong one leaves behind is no second effect.
-const SHARE_OF_FIRST: f64 = 0.01;
-/// Most effects that are added.
-const MOST_EFFECTS: usize = 3;
-/// Parameters may move this many tolerances.
-const MOST_TOLERANCES: f64 = 4.0;
+/// A fit, linearised.
+pub struct Screen<'p> {
+    problem: &'p Problem<'p>,
+    fit: &'p Fit,
+    recordings: Vec<Along>,
+    /// Normal equations of theta in units of its prior, states eliminated.
+    theta: DMatrix<f64>,
+    gradient: DVector<f64>,
+    inflation: f64,
+}
 
-/// A set of effects, fitted.
+/// Normal equations of a term's amplitudes.
+#[derive(Clone)]
+pub struct Amplitudes {
+    own: DMatrix<f64>,
+    theta: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+/// A term and what it would gain.
 #[derive(Clone, Debug)]
-pub struct Hypothesis {
-    /// The effects.
-    pub terms: Vec<Term>,
-    /// Standard deviation of the white force on each used channel, in units of its noise.
-    pub tau: Vec<f64>,
-    /// The fit: parameters with a tolerance first, then the amplitudes of each term.
-    pub evidence: Evidence,
-    /// How much more slowly than white noise the whitened residual varies (1 is white):
-    /// evidence counts this many times less.
-    pub colour: f64,
+pub struct Scored {
+    /// The effect with its shape.
+    pub term: Term,
+    /// Nats.
+    pub gain: f64,
+    /// Amplitudes.
+    pub amplitudes: Vec<f64>,
+    /// Their standard deviations.
+    pub std: Vec<f64>,
 }
 
-/// What the screening found.
-#[derive(Clone, Debug)]
-pub struct Screening {
-    /// The model with calibrated parameters and no effect.
-    pub calibrated: Hypothesis,
-    /// The model at its nominal parameters.
-    pub nominal: Hypothesis,
-    /// The chosen effects.
-    pub chosen: Hypothesis,
-    /// For each chosen effect, rivals and the nats they lie behind it.
-    pub rivals: Vec<Vec<(Term, f64)>>,
-    /// For each chosen effect, the nats it gains over leaving it out.
-    pub gains: Vec<f64>,
-}
-
-/// The regression at one point of the parameters.
-pub struct Screen<'w> {
-    weak: &'w WeakForm<'w>,
-    /// Point about which parameters are linear.
-    pub point: Vec<f64>,
-    target: Column,
-    parameters: Vec<(usize, Column)>,
-    /// Root mean square of the residual over all rows: what amplitudes are expected to explain.
-    scale: f64,
-}
-
-impl<'w> Screen<'w> {
-    /// The smoothed recordings.
-    pub fn smoothed(&self) -> impl Iterator<Item = &SmoothedRecording> {
-        self.weak.smoothed()
-    }
-
-    /// Set up the regression at `point`.
+impl<'p> Screen<'p> {
+    /// Linearise a fit; `None` where it diverges.
     #[must_use]
-    pub fn new(weak: &'w WeakForm<'w>, point: Vec<f64>) -> Self {
-        let target = weak.residual(&point);
-        let parameters = weak.parameter_columns(&point);
-        let scale = rms(&target);
-        Self { weak, point, target, parameters, scale }
+    pub fn new(problem: &'p Problem<'p>, fit: &'p Fit) -> Option<Self> {
+        let paths = fit.paths(problem);
+        let recordings: Option<Vec<Along>> =
+            (0..paths.len()).map(|r| along(problem, fit, r, &paths[r])).collect();
+        let recordings = recordings?;
+        let free = &fit.hypothesis.free;
+        let p = free.len();
+        let (mut theta, mut gradient) = (DMatrix::zeros(p, p), DVector::zeros(p));
+        for local in recordings.iter().flat_map(|a| &a.windows) {
+            let first = local.states + local.unused;
+            let (a, b) = (&local.columns.by[..local.states], &local.columns.by[first..]);
+            for i in 0..p {
+                let states = dots(a, &b[i]);
+                for j in 0..p {
+                    theta[(i, j)] += dot(&b[i], &b[j]) - states.dot(&local.cross.column(j));
+                }
+                gradient[i] += dot(&b[i], &local.columns.residual) - states.dot(&local.rest);
+            }
+        }
+        let inflation = fit.inflation();
+        let values = fit.hypothesis.theta();
+        for i in 0..p {
+            gradient[i] =
+                gradient[i] * free[i].sd / inflation - (values[i] - free[i].mean) / free[i].sd;
+            for j in 0..p {
+                theta[(i, j)] *= free[i].sd * free[j].sd / inflation;
+            }
+            theta[(i, i)] += 1.0;
+        }
+        Some(Self { problem, fit, recordings, theta, gradient, inflation })
     }
 
-    /// What the model believes of its free parameters, about the point of the regression.
+    /// Every candidate with the shape that gains most, the best first.
     #[must_use]
-    pub fn parameter_priors(&self) -> Vec<Normal> {
-        let prior = |&(k, _): &(usize, Column)| {
-            let p = &self.weak.model().parameters[k];
-            Normal { mean: p.value - self.point[k], sd: p.std() }
-        };
-        self.parameters.iter().map(prior).collect()
-    }
-
-    /// Target and columns of a set of terms before whitening.
-    fn system(&self, terms: &[Term]) -> System {
-        let mut target = self.target.clone();
-        if terms.iter().any(|t| matches!(t.candidate.effect.law, Law::Input(_))) {
-            let change = self.input_change(terms);
-            target.iter_mut().zip(&change).for_each(|(t, c)| *t -= c);
-        }
-        let mut columns: Vec<Column> = self.parameters.iter().map(|(_, c)| c.clone()).collect();
-        let mut priors = self.parameter_priors();
-        for term in terms {
-            for column in term.columns(self.weak, &self.point) {
-                priors.push(Normal { mean: 0.0, sd: amplitude_sd(self.scale, &column) });
-                columns.push(column);
-            }
-        }
-        System { target, columns, priors }
-    }
-
-    /// What the input effects among `terms` change in the explained force.
-    fn input_change(&self, terms: &[Term]) -> Column {
-        let m = self.weak.model().inputs.len();
-        self.weak.input_column(&self.point, |s| {
-            let mut inputs = self.weak.model().effective_inputs(&s.times, &s.commands);
-            terms.iter().for_each(|t| t.transform(&s.times, &mut inputs, m));
-            inputs
-        })
-    }
-
-    /// Fit a set of terms with the white forces `tau`.
-    fn fit(&self, system: &System, tau: &[f64]) -> Result<Option<Evidence>, DiagnoseError> {
-        let whitener = self.weak.whitener(tau)?;
-        Ok(system.whitened(&whitener).regress())
-    }
-
-    /// Fit a set of terms, the white forces chosen by evidence, beginning from `tau`.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when the noise covariance cannot be factored or nothing is finite.
-    pub fn hypothesis(&self, terms: &[Term], tau: &[f64]) -> Result<Hypothesis, DiagnoseError> {
-        let mut system = self.system(terms);
-        let (tau, evidence) = self.choose_tau(&system, tau)?;
-        let whitener = self.weak.whitener(&tau)?;
-        let colour = self.colour(&system.whitened(&whitener).residual(&evidence));
-        // Data of which only one in `colour` counts move a prior that much less.
-        system.priors.iter_mut().for_each(|p| p.sd /= colour.sqrt());
-        let evidence = self.within_bounds(&mut system, &whitener)?;
-        Ok(Hypothesis { terms: terms.to_vec(), tau, evidence, colour })
-    }
-
-    /// Fit, and hold parameters that leave their bounds there.
-    fn within_bounds(
-        &self,
-        system: &mut System,
-        whitener: &Whitener,
-    ) -> Result<Evidence, DiagnoseError> {
-        let failed = || DiagnoseError::Weak { reason: "the regression is not finite".into() };
-        let mut held = vec![false; self.parameters.len()];
-        loop {
-            let fit = system.whitened(whitener).regress().ok_or_else(failed)?;
-            let outside = (0..held.len()).find_map(|k| {
-                let p = &self.weak.model().parameters[self.parameters[k].0];
-                let value = self.point[self.parameters[k].0] + fit.coefficients[k];
-                let shift = (value - p.value) / p.std();
-                (!held[k] && shift.abs() > MOST_TOLERANCES).then_some((k, shift, p))
-            });
-            let Some((k, shift, p)) = outside else { return Ok(fit) };
-            let bound = p.value + MOST_TOLERANCES * shift.signum() * p.std();
-            system.priors[k] =
-                Normal { mean: bound - self.point[self.parameters[k].0], sd: 1e-6 * p.std() };
-            held[k] = true;
-        }
-    }
-
-    /// Evidence maximised over the white forces: one channel after the other, in steps of a
-    /// factor that shrinks.
-    fn choose_tau(
-        &self,
-        system: &System,
-        start: &[f64],
-    ) -> Result<(Vec<f64>, Evidence), DiagnoseError> {
-        let failed = || DiagnoseError::Weak { reason: "the regression is not finite".into() };
-        let mut tau = start.to_vec();
-        let mut best = self.fit(system, &tau)?.ok_or_else(failed)?;
-        for factor in [4.0, 2.0, 1.3] {
-            for c in 0..tau.len() {
-                for direction in [1.0 / factor, factor] {
-                    loop {
-                        let mut trial = tau.clone();
-                        trial[c] *= direction;
-                        let Some(fit) = self.fit(system, &trial)? else { break };
-                        if fit.log <= best.log + 1e-3 || trial[c] < 1e-9 * self.scale {
-                            break;
-                        }
-                        (tau, best) = (trial, fit);
-                    }
-                }
-            }
-        }
-        Ok((tau, best))
-    }
-
-    /// White forces that explain the whole residual: where the search for them begins.
-    #[must_use]
-    pub fn largest_tau(&self) -> Vec<f64> {
-        vec![self.scale.max(f64::MIN_POSITIVE); self.weak.channels().len()]
-    }
-
-    fn colour(&self, residual: &[f64]) -> f64 {
-        let segments = self.weak.segments();
-        colour(segments.iter().map(|(_, rows)| &residual[rows.clone()]))
-    }
-
-    /// The whole search.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when the weak form breaks down numerically.
-    pub fn search(&self, progress: &dyn Fn(&str)) -> Result<Screening, DiagnoseError> {
-        let calibrated = self.hypothesis(&[], &self.largest_tau())?;
-        let nominal = self.nominal(&calibrated)?;
-        let list = candidates(self.weak.model(), self.weak.channels());
-        let mut chosen = calibrated.clone();
-        let mut rivals: Vec<Vec<(Term, f64)>> = Vec::new();
-        let mut first_gain = None;
-        while chosen.terms.len() < MOST_EFFECTS {
-            progress(&format!("screening {} candidates", list.len()));
-            let taken = |c: &Candidate| chosen.terms.iter().any(|t| t.candidate.excludes(c));
-            let free: Vec<_> = list.iter().filter(|c| !taken(c)).copied().collect();
-            let shortlist = self.shortlist(&chosen, &free)?;
-            let fits = shortlist
-                .par_iter()
-                .map(|term| {
-                    let mut terms = chosen.terms.clone();
-                    terms.push(self.refine(&chosen, term)?);
-                    self.hypothesis(&terms, &chosen.tau)
-                })
-                .collect::<Result<Vec<_>, _>>()?;
-            let mut fits: Vec<_> = fits.into_iter().filter(|h| self.is_sensible(h)).collect();
-            fits.sort_by(|a, b| b.evidence.log.total_cmp(&a.evidence.log));
-            let mut kept = Vec::new();
-            for h in fits {
-                if self.is_told_apart_from_motion(&h)
-                    && (chosen.terms.is_empty() || self.generalises(&chosen, &h)?)
-                {
-                    kept.push(h);
-                }
-            }
-            fits = kept;
-            let Some(best) = fits.first() else { break };
-            let gain = (best.evidence.log - chosen.evidence.log) / best.colour;
-            let needed = THRESHOLD.max(SHARE_OF_FIRST * first_gain.unwrap_or(0.0));
-            if gain < needed || !self.beats_a_remainder(&chosen, best, gain)? {
-                break;
-            }
-            first_gain.get_or_insert(gain);
-            let behind = |h: &Hypothesis| (best.evidence.log - h.evidence.log) / best.colour;
-            let last = |h: &Hypothesis| h.terms[h.terms.len() - 1].clone();
-            rivals.push(fits.iter().skip(1).map(|h| (last(h), behind(h))).collect());
-            chosen = best.clone();
-        }
-        let gains = self.prune(&mut chosen, &mut rivals)?;
-        Ok(Screening { calibrated, nominal, chosen, rivals, gains })
-    }
-
-    /// Drop effects that later ones made superfluous; the gains of those that stay.
-    fn prune(
-        &self,
-        chosen: &mut Hypothesis,
-        rivals: &mut Vec<Vec<(Term, f64)>>,
-    ) -> Result<Vec<f64>, DiagnoseError> {
-        loop {
-            let mut gains = Vec::new();
-            for k in 0..chosen.terms.len() {
-                let mut terms = chosen.terms.clone();
-                terms.remove(k);
-                let without = self.hypothesis(&terms, &chosen.tau)?;
-                gains.push((chosen.evidence.log - without.evidence.log) / chosen.colour);
-            }
-            let weakest = gains.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-            match weakest {
-                Some((k, &gain)) if gain < THRESHOLD => {
-                    chosen.terms.remove(k);
-                    rivals.remove(k);
-                    *chosen = self.hypothesis(&chosen.terms, &chosen.tau)?;
-                }
-                _ => return Ok(gains),
-            }
-        }
-    }
-
-    /// The model as it stands: parameters at their nominal values.
-    fn nominal(&self, calibrated: &Hypothesis) -> Result<Hypothesis, DiagnoseError> {
-        let mut system = self.system(&[]);
-        for prior in &mut system.priors {
-            // A prior too narrow to move.
-            prior.sd *= 1e-6;
-        }
-        let (tau, evidence) = self.choose_tau(&system, &calibrated.tau)?;
-        let residual = system.whitened(&self.weak.whitener(&tau)?).residual(&evidence);
-        Ok(Hypothesis { terms: vec![], tau, evidence, colour: self.colour(&residual) })
-    }
-
-    /// Amplitudes that make physical sense.
-    fn is_sensible(&self, h: &Hypothesis) -> bool {
-        let mut at = self.parameters.len();
-        h.terms.iter().all(|term| {
-            let count = term.amplitudes();
-            let range = at..at + count;
-            at += count;
-            sensible(term, &h.evidence.coefficients[range.clone()], |k| {
-                h.evidence.std(range.start + k)
+    pub fn score(&self, candidates: &[Candidate]) -> Vec<Scored> {
+        let mut best: Vec<Scored> = candidates
+            .par_iter()
+            .filter_map(|c| {
+                let scales = self.problem.scales(c.effect, c.channel, c.other);
+                let shapes = c.shapes(&scales);
+                let tried = shapes.into_par_iter().filter_map(|shape| {
+                    let term = Term { candidate: *c, shape };
+                    self.gain(term).filter(|s| s.gain.is_finite())
+                });
+                tried.collect::<Vec<_>>().into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
             })
-        })
+            .collect();
+        best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        best
     }
 
-    /// Indices of the model's parameters that are regressed.
+    /// What one term gains.
     #[must_use]
-    pub fn free_parameters(&self) -> Vec<usize> {
-        self.parameters.iter().map(|(k, _)| *k).collect()
+    pub fn gain(&self, term: Term) -> Option<Scored> {
+        let (sd, signs, price) = self.priors(&term);
+        let normal = self.amplitudes(&term)?;
+        let (gain, amplitudes, covariance) = self.solve(&normal, &sd);
+        let std = (0..amplitudes.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
+        let wrong = signs && amplitudes.iter().sum::<f64>() < 0.0;
+        (!wrong).then_some(Scored { term, gain: gain - price, amplitudes, std })
     }
-}
 
-impl Term {
-    /// Number of amplitudes in the regression.
-    #[must_use]
-    pub fn amplitudes(&self) -> usize {
-        match self.candidate.effect.law {
-            Law::Force(law) => law.amplitudes(),
-            _ => 0,
+    /// Prior standard deviations of the amplitudes, whether they must be positive, and nats for
+    /// every shape parameter that a grid has chosen.
+    fn priors(&self, term: &Term) -> (Vec<f64>, bool, f64) {
+        let Candidate { effect, channel, other } = term.candidate;
+        let scales = self.problem.scales(effect, channel, other);
+        let sd = |p: &Prior| match *p {
+            Prior::Normal { sd, .. } => sd,
+            Prior::LogNormal { .. } | Prior::Fixed => 1.0,
+        };
+        match effect.law {
+            Law::Force(law) => {
+                let priors = law.priors(&scales);
+                let own = &priors[..law.amplitudes()];
+                let positive =
+                    own.iter().all(|p| matches!(p, Prior::Normal { low, .. } if *low >= 0.0));
+                let shapes = priors[law.amplitudes()..].iter().filter(|p| **p != Prior::Fixed);
+                (own.iter().map(sd).collect(), positive, shapes.count() as f64)
+            }
+            // How much of the law acts: none at 0, all at 1.
+            Law::Input(_) => (vec![1.0], true, 1.0),
+            Law::Sensor(law) => {
+                let priors = law.priors(&scales);
+                let positive = matches!(priors[0], Prior::Normal { low, .. } if low == 0.0);
+                (vec![sd(&priors[0])], positive, 0.0)
+            }
         }
     }
-}
 
-/// Prior of an amplitude: its column may explain as much as the residual holds.
-fn amplitude_sd(scale: f64, column: &[f64]) -> f64 {
-    let size = rms(column);
-    if size > 0.0 && scale > 0.0 { 2.0 * scale / size } else { 1.0 }
-}
+    fn solve(&self, a: &Amplitudes, sd: &[f64]) -> (f64, Vec<f64>, DMatrix<f64>) {
+        let (p, c) = (self.theta.nrows(), sd.len());
+        let free = &self.fit.hypothesis.free;
+        let mut h = DMatrix::identity(p + c, p + c);
+        h.view_mut((0, 0), (p, p)).copy_from(&self.theta);
+        let mut g = DVector::zeros(p + c);
+        g.rows_mut(0, p).copy_from(&self.gradient);
+        for i in 0..c {
+            g[p + i] = a.gradient[i] * sd[i] / self.inflation;
+            for j in 0..c {
+                h[(p + i, p + j)] += a.own[(i, j)] * sd[i] * sd[j] / self.inflation;
+            }
+            for j in 0..p {
+                let value = a.theta[(i, j)] * sd[i] * free[j].sd / self.inflation;
+                h[(p + i, j)] = value;
+                h[(j, p + i)] = value;
+            }
+        }
+        let value =
+            |h: &DMatrix<f64>, g: &DVector<f64>| -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
+                let factor = h.clone().cholesky()?;
+                let c = factor.solve(g);
+                let log: f64 = factor.l().diagonal().map(f64::ln).sum();
+                Some((0.5 * c.dot(g) - log, c, factor.inverse()))
+            };
+        let (Some((with, x, inverse)), Some((without, ..))) =
+            (value(&h, &g), value(&self.theta, &self.gradient))
+        else {
+            return (f64::NEG_INFINITY, vec![0.0; c], DMatrix::zeros(c, c));
+        };
+        let amplitudes = (0..c).map(|i| x[p + i] * sd[i]).collect();
+        let covariance = DMatrix::from_fn(c, c, |i, j| inverse[(p + i, p + j)] * sd[i] * sd[j]);
+        (with - without, amplitudes, covariance)
+    }
 
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
-}
+    /// Normal equations of a term's amplitudes, summed over all recordings.
+    fn amplitudes(&self, term: &Term) -> Option<Amplitudes> {
+        let mut sum: Option<Amplitudes> = None;
+        for (r, along) in self.recordings.iter().enumerate() {
+            let part = self.amplitudes_of(term, r, along)?;
+            match &mut sum {
+                Some(s) => {
+                    s.own += part.own;
+                    s.theta += part.theta;
+                    s.gradient += part.gradient;
+                }
+                None => sum = Some(part),
+            }
+        }
+        sum
+    }
 
-/// Whether amplitudes whose range is one-sided are on their side (two standard deviations
-/// of doubt allowed), and at least one is.
-fn sensible(term: &Term, amplitudes: &[f64], std: impl Fn(usize) -> f64) -> bool {
-    let Law::Force(law) = term.candidate.effect.law else { return true };
-    let internal: Vec<f64> = amplitudes.iter().chain(&term.shape).copied().collect();
-    let physical = law.physical(&internal);
-    let one_sided = |k: usize| term.candidate.effect.parameters[k].range == Range::NonNegative;
-    (0..amplitudes.len()).all(|k| !one_sided(k) || physical[k] > -2.0 * std(k))
-        && (0..amplitudes.len()).any(|k| !one_sided(k) || physical[k] > 0.0)
+    fn amplitudes_of(&self, term: &Term, r: usize, along: &Along) -> Option<Amplitudes> {
+        let p = self.theta.nrows();
+        let drives = self.drives(term, along);
+        let c = drives.len().max(1);
+        let mut out = Amplitudes {
+            own: DMatrix::zeros(c, c),
+            theta: DMatrix::zeros(c, p),
+            gradient: DVector::zeros(c),
+        };
+        for local in &along.windows {
+            let columns: Vec<Vec<f64>> = if let Law::Sensor(law) = term.candidate.effect.law {
+                vec![self.sensed(law, term, r, along, local)]
+            } else {
+                drives.iter().map(|d| self.driven(r, along, local, d)).collect()
+            };
+            if columns.iter().flatten().any(|v| !v.is_finite()) {
+                return None;
+            }
+            let first = local.states + local.unused;
+            let (a, b) = (&local.columns.by[..local.states], &local.columns.by[first..]);
+            let solved: Vec<(DVector<f64>, DVector<f64>)> = columns
+                .iter()
+                .map(|d| {
+                    let states = dots(a, d);
+                    (local.factor.solve(&states), states)
+                })
+                .collect();
+            for (i, d) in columns.iter().enumerate() {
+                for (j, e) in columns.iter().enumerate() {
+                    out.own[(i, j)] += dot(d, e) - solved[i].1.dot(&solved[j].0);
+                }
+                for (j, b) in b.iter().enumerate() {
+                    out.theta[(i, j)] += dot(d, b) - solved[i].1.dot(&local.cross.column(j));
+                }
+                out.gradient[i] += dot(d, &local.columns.residual) - solved[i].1.dot(&local.rest);
+            }
+        }
+        Some(out)
+    }
 }

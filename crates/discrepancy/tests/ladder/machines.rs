@@ -1,7 +1,7 @@
 //! Three machines and what their sensors would record of them.
 
 use lacuna_discrepancy::Dataset;
-use lacuna_discrepancy::diagnose::{Outcome, diagnose, split};
+use lacuna_discrepancy::diagnose::{Options, Outcome, diagnose, split};
 use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna_plants::{Model, SampledInput, System, rk4};
 use lacuna_recordings::{Column, Recording};
@@ -64,23 +64,6 @@ derivative = "kp*pump - a1*sqrt(max(h1, 0))"
 name = "h2"
 unit = "m"
 derivative = "a1*sqrt(max(h1, 0)) - a2*sqrt(max(h2, 0))"
-"#;
-
-/// Nothing but a mass: no force reads the noisy motion.
-pub const SLIDE: &str = r#"
-name = "slide"
-[parameters]
-m = { value = 0.5, unit = "kg", tolerance = 0.1 }
-[[input]]
-name = "u"
-unit = "N"
-[[coordinate]]
-name = "x"
-velocity = "v"
-unit = "m"
-[mechanics]
-mass = [["m"]]
-force = ["u"]
 "#;
 
 /// How a machine is driven and watched.
@@ -187,5 +170,6 @@ impl Bench {
 pub fn diagnosed(model: &Model, recordings: &[Recording]) -> Outcome {
     let dataset = Dataset::new(model, recordings).expect("the recordings fit");
     let (training, held_out) = split(&dataset);
-    diagnose(model, &training, &held_out, &|_| {}).expect("the diagnosis is made")
+    diagnose(model, &training, &held_out, Options::default(), &|_| {})
+        .expect("the diagnosis is made")
 }

@@ -1,9 +1,10 @@
 //! The ladder on recordings whose truth is known, because they are simulated here.
 
+mod beyond;
 mod errors;
 mod findings;
+mod likelihood;
 mod machines;
 mod nothing_missing;
 mod prediction;
-mod shooting;
-mod weak;
+mod screen;

@@ -63,9 +63,10 @@ pub fn run(a: &Arguments) -> Outcome {
     let model = Model::read(&model_file)?;
     let (training, held_out) = ladder::split(&Dataset::read(&model, &sources)?);
     let bar = spinner(false);
-    let outcome = ladder::diagnose(&model, &training, &held_out, &|doing| {
-        bar.set_message(doing.to_owned());
-    });
+    let outcome =
+        ladder::diagnose(&model, &training, &held_out, ladder::Options::default(), &|doing| {
+            bar.set_message(doing.to_owned());
+        });
     bar.finish_and_clear();
     let outcome = outcome?;
     let augmented = augmented_text(MODEL, "model.toml", &outcome.augmentation)?;

@@ -4,7 +4,7 @@ use super::Outcome;
 use super::kind::read_equations;
 use crate::output::{colour, spinner, write_whole};
 use clap::Args;
-use lacuna::discrepancy::diagnose::{self, Proof};
+use lacuna::discrepancy::diagnose::{self, Options, Proof};
 use lacuna::discrepancy::diagnosis::{Diagnosis, Verdict};
 use lacuna::discrepancy::{Dataset, Output};
 use lacuna::plants::Model;
@@ -28,6 +28,10 @@ pub struct Arguments {
     /// Write diagnosis.json, augmented.toml and report.html to this folder
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Keep what is left after the named effects as learned curves in augmented.toml; never
+    /// instead of a name
+    #[arg(long)]
+    learn_remainder: bool,
     /// Return 1 where there is a mismatch
     #[arg(long)]
     exit_code: bool,
@@ -43,7 +47,8 @@ pub fn run(a: &Arguments) -> Outcome {
     let model = read_equations(&a.model)?;
     let (training, held_out) = datasets(&model, &a.recordings, &a.held_out)?;
     let bar = spinner(a.quiet || a.json);
-    let outcome = diagnose::diagnose(&model, &training, &held_out, &|doing| {
+    let options = Options { learn_remainder: a.learn_remainder };
+    let outcome = diagnose::diagnose(&model, &training, &held_out, options, &|doing| {
         bar.set_message(doing.to_owned());
     });
     bar.finish_and_clear();

@@ -43,6 +43,7 @@ fn card(f: &Finding) -> Markup {
                 @if let Some(t) = f.time { dt { "Begins at" } dd { (plain(t, "s")) } }
                 dt { "Probability" } dd { strong { (percent(f.probability)) } }
                 dt { "Rivals" } dd { (rivals(&f.alternatives)) }
+                @if let Some(e) = &f.experiment { dt { "Next" } dd { (words::experiment(e)) } }
                 dt { "Evidence" } dd { (plain(f.evidence, "nats")) }
             }
         }

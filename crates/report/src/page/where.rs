@@ -54,16 +54,24 @@ fn location(d: &Diagnosis) -> Markup {
         let classes: Vec<String> = m.explained_by.iter().map(|c| words::class_words(c)).collect();
         let by = if classes.is_empty() { "-".to_owned() } else { classes.join(", ") };
         let evidence = plain(m.significance, "nats");
-        vec![name.clone(), plain(m.missing_force, &m.unit), evidence, by]
+        vec![name.clone(), plain(m.missing_force, &m.unit), evidence, acts(m), by]
     };
     let rows: Vec<_> = d.location.channels.iter().map(row).collect();
-    let head = ["Equation of", "Missing force (rms)", "Evidence for it", "Explained by"];
+    let head =
+        ["Equation of", "Missing force (rms)", "Evidence for it", "Where it acts", "Explained by"];
     html! {
         @if !rows.is_empty() {
             (table("The missing force in each channel, before anything is added", &head, &rows))
             p.about { "Evidence: 10 nats are odds of 22 000 to 1." }
         }
     }
+}
+
+/// The range of the variable in which the missing force acts.
+fn acts(m: &ChannelMismatch) -> String {
+    let range = |(name, [a, b]): (&String, &[f64; 2])| format!("{name} from {a:.3} to {b:.3}");
+    let all: Vec<String> = m.region.iter().map(range).collect();
+    if all.is_empty() { "-".to_owned() } else { all.join(", ") }
 }
 
 /// The learned force with a band of two standard deviations, and the law over it.

@@ -62,11 +62,15 @@ pub fn missing() -> Diagnosis {
             },
             Alternative { class: "cogging".into(), channel: "q".into(), probability: 0.0007 },
         ],
+        experiment: None,
         evidence: 8423.0,
         says: "Dry (Coulomb) friction on q is missing from emps: magnitude 20.41 +- 0.12 N.".into(),
         curve: Some(friction_curve()),
     };
     let channel = ChannelMismatch {
+        depends_on: None,
+        region: std::collections::BTreeMap::new(),
+        time: None,
         explained_by: vec!["coulomb_friction".into()],
         significance: 9120.4,
         missing_force: 19.62,
@@ -124,6 +128,9 @@ pub fn two_findings() -> Diagnosis {
     second.curve = None;
     d.findings.push(second);
     let channel = |by: &[&str], nats, force| ChannelMismatch {
+        depends_on: None,
+        region: std::collections::BTreeMap::new(),
+        time: None,
         explained_by: by.iter().map(|&c| c.into()).collect(),
         significance: nats,
         missing_force: force,
@@ -153,6 +160,9 @@ pub fn null() -> Diagnosis {
     d.location.channels = map([(
         "q",
         ChannelMismatch {
+            depends_on: None,
+            region: std::collections::BTreeMap::new(),
+            time: None,
             explained_by: vec![],
             significance: 1.2,
             missing_force: 0.08,

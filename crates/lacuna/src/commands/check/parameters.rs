@@ -1,15 +1,15 @@
 //! Whether the recordings can move the model's parameters.
 //!
-//! About the nominal parameters, what a parameter changes in the whitened weak residual is one
-//! column of a linear regression ([`WeakForm::parameter_columns`]). With the tolerances as
-//! prior, the posterior covariance of that regression is what the recordings could tell at best:
+//! About the nominal parameters, in the longest windows that the model follows, the likelihood is
+//! a linear regression on what each parameter changes ([`lacuna::discrepancy::likelihood`]). With
+//! the tolerances as prior, its posterior covariance is what the recordings could tell at best:
 //! with the measurement noise as the only error, and nothing missing from the model.
 
 use super::table::{Table, number};
 use lacuna::discrepancy::Dataset;
-use lacuna::discrepancy::evidence::{Normal, regress};
+use lacuna::discrepancy::likelihood::{Hypothesis, Problem, What};
+use lacuna::discrepancy::search::about_nominal;
 use lacuna::discrepancy::trajectories::unmeasured;
-use lacuna::discrepancy::weak::WeakForm;
 use lacuna::plants::Model;
 use serde::Serialize;
 use std::error::Error;
@@ -65,23 +65,18 @@ impl Parameters {
     }
 
     fn assess(model: &Model, data: &Dataset) -> Result<Self, Box<dyn Error>> {
-        let weak = WeakForm::new(model, data)?;
-        let whitener = weak.whitener(&vec![0.0; weak.channels().len()])?;
-        let nominal = model.values();
-        let (free, columns): (Vec<usize>, Vec<Vec<f64>>) = weak
-            .parameter_columns(&nominal)
-            .into_iter()
-            .map(|(k, column)| (k, whitener.whiten(&column)))
-            .unzip();
-        let priors: Vec<Normal> =
-            free.iter().map(|&k| Normal { mean: 0.0, sd: model.parameters[k].std() }).collect();
-        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let residual = whitener.whiten(&weak.residual(&nominal));
-        let fit = regress(&residual, &columns, &priors, 0.0)
-            .ok_or("the model's forces along the recordings are not finite")?;
+        let problem = Problem::new(model, data)?;
+        let fit = about_nominal(&problem)?;
+        let free: Vec<usize> = Hypothesis::of(model)
+            .free
+            .iter()
+            .filter_map(|f| if let What::Parameter(k) = f.what { Some(k) } else { None })
+            .collect();
+        let covariance = fit.covariance(1.0).ok_or("the recordings' precision is not finite")?;
+        let std = |i: usize| covariance[(i, i)].max(0.0).sqrt();
         let list = free.iter().enumerate().map(|(i, &k)| {
             let p = &model.parameters[k];
-            let std_after = fit.std(i);
+            let std_after = std(i);
             Parameter {
                 name: p.name.clone(),
                 value: p.value,
@@ -93,7 +88,7 @@ impl Parameters {
         });
         let pairs = (0..free.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
         let confounded = pairs.filter_map(|(j, i)| {
-            let correlation = fit.covariance[(i, j)] / (fit.std(i) * fit.std(j));
+            let correlation = covariance[(i, j)] / (std(i) * std(j));
             let name = |k: usize| model.parameters[free[k]].name.clone();
             (correlation.abs() > CONFOUNDED)
                 .then(|| Confounded { parameters: [name(j), name(i)], correlation })

@@ -1,5 +1,8 @@
 //! Findings in an engineer's words.
 
+pub(crate) mod shape;
+
+use lacuna_effects::Kind;
 use lacuna_plants::Model;
 use lacuna_plants::model::{ModelEffect, NewEffect};
 
@@ -7,10 +10,11 @@ use lacuna_plants::model::{ModelEffect, NewEffect};
 pub(crate) fn says(e: &ModelEffect, new: &NewEffect, model: &Model) -> String {
     let numbers: Vec<String> = e
         .effect
-        .parameters
-        .iter()
+        .values()
         .zip(&new.parameters)
-        .filter(|(p, _)| p.name != "side" && p.name != "smoothing_velocity")
+        .filter(|(p, _)| {
+            p.kind == Kind::Number && p.name != "side" && p.name != "smoothing_velocity"
+        })
         .map(|(p, (value, std, unit))| {
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             format!("{} {}{unit}", p.name.replace('_', " "), with_std(*value, std.unwrap_or(0.0)))

@@ -1,0 +1,239 @@
+//! What: each effect as a finding.
+
+use super::location;
+use super::outcome::Ladder;
+use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding};
+use crate::screen::{Over, Screen};
+use crate::search::{Named, Rival};
+use crate::trajectories::SmoothedRecording;
+use crate::words;
+use lacuna_effects::{Kind, Law, Local, Variable};
+use lacuna_plants::model::ModelEffect;
+use std::collections::BTreeMap;
+
+/// Odds that no class of the catalogue is the right one, however far all rivals lie behind.
+const NONE_OF_THESE: f64 = 0.02;
+/// Probability below which an experiment is suggested.
+const UNDECIDED: f64 = 0.95;
+/// The class of what no formula describes.
+const UNKNOWN: &str = "unknown_function";
+
+impl Ladder<'_> {
+    pub(super) fn findings(&self) -> Vec<Finding> {
+        let named = self.effects.iter().zip(&self.found.named);
+        let mut findings: Vec<Finding> = named.map(|(e, named)| self.finding(e, named)).collect();
+        findings.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        findings
+    }
+
+    fn finding(&self, e: &ModelEffect, named: &Named) -> Finding {
+        let new = self.new_effect(e);
+        let parameters: BTreeMap<String, Estimate> = e
+            .effect
+            .values()
+            .zip(&new.parameters)
+            .filter(|(p, _)| p.name != "side")
+            .filter(|(p, _)| matches!(p.kind, Kind::Number))
+            .map(|(p, (value, std, unit))| {
+                // What the data do not determine is uncertain by all of its value; the ends of a
+                // learned curve are chosen, not determined.
+                let std = std.unwrap_or(if e.effect.class == UNKNOWN { 0.0 } else { value.abs() });
+                (p.name.to_owned(), Estimate { value: *value, std, unit: unit.clone() })
+            })
+            .collect();
+        let (probability, alternatives) = self.odds(&named.rivals);
+        let curve = self.curve(e);
+        let mut says = words::says(e, &new, self.problem.model);
+        if let (Some(curve), true) = (&curve, e.effect.class == UNKNOWN) {
+            let over_velocity = e.effect.variables(&e.parameters).contains(&Variable::Velocity);
+            says = format!("{says} Its shape: {}.", words::shape::shape(curve, over_velocity));
+        }
+        let step = parameters.get("time").filter(|_| e.effect.class == "step_change");
+        Finding {
+            class: e.effect.class.to_owned(),
+            depends_on: self.variables(e),
+            region: self.region(e, curve.as_ref()),
+            time: step.map(|t| t.value),
+            probability,
+            alternatives,
+            evidence: named.gain,
+            curve,
+            experiment: self.experiment(probability, named),
+            channel: new.channel,
+            other: new.other,
+            parameters,
+            says,
+        }
+    }
+
+    /// Probability of a class among its rivals, and theirs.
+    fn odds(&self, rivals: &[Rival]) -> (f64, Vec<Alternative>) {
+        let model = self.problem.model;
+        let weights: Vec<f64> = rivals.iter().map(|r| (-r.behind).exp()).collect();
+        let total = 1.0 + weights.iter().sum::<f64>() + self.none_of_these();
+        let mut alternatives: Vec<Alternative> = rivals
+            .iter()
+            .zip(&weights)
+            .map(|(Rival { candidate: c, .. }, w)| Alternative {
+                class: c.effect.class.to_owned(),
+                channel: model.effect_channel_name(c.effect, c.channel).to_owned(),
+                probability: w / total,
+            })
+            .filter(|a| a.probability > 1e-4)
+            .collect();
+        alternatives.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        (1.0 / total, alternatives)
+    }
+
+    /// Odds that the right class is none of those that were compared: what the findings leave of
+    /// the mismatch speaks for it.
+    fn none_of_these(&self) -> f64 {
+        const MOST: f64 = 0.9;
+        let excess = |reduced: f64| (reduced - 1.0).max(0.0);
+        let before = excess(self.found.calibrated.reduced());
+        let after = excess(self.found.chosen.reduced());
+        let left = if before > 0.0 { (after / before).min(MOST) } else { 0.0 };
+        NONE_OF_THESE + left / (1.0 - left)
+    }
+
+    /// What would tell an effect from its first rival, where the recordings leave that open.
+    fn experiment(&self, probability: f64, named: &Named) -> Option<Experiment> {
+        let first = named.rivals.iter().min_by(|a, b| a.behind.total_cmp(&b.behind))?;
+        if probability > UNDECIDED {
+            return None;
+        }
+        self.separating(&self.found.chosen.hypothesis, &first.hypothesis)
+    }
+
+    /// Names of the channels that an effect depends on.
+    fn variables(&self, e: &ModelEffect) -> Vec<String> {
+        let model = self.problem.model;
+        let state = |v: &Variable| self.state_of(e, *v).map(|i| model.state_name(i).to_owned());
+        let name = |v: &Variable| match v {
+            Variable::Time => model.time_column.clone(),
+            Variable::Input => model.inputs[e.channel].name.clone(),
+            _ => state(v).unwrap_or_default(),
+        };
+        let mut names: Vec<String> = e.effect.variables(&e.parameters).iter().map(name).collect();
+        names.dedup();
+        names
+    }
+
+    /// The entry of the machine's state that a variable of an effect is.
+    fn state_of(&self, e: &ModelEffect, v: Variable) -> Option<usize> {
+        let model = self.problem.model;
+        if matches!(e.effect.law, Law::Sensor(_)) {
+            return Some(e.channel);
+        }
+        let other = e.other.unwrap_or(e.channel);
+        match v {
+            Variable::Coordinate => Some(model.coordinate_index(e.channel)),
+            Variable::Velocity => Some(model.velocity_index(e.channel)),
+            Variable::OtherCoordinate => Some(model.coordinate_index(other)),
+            Variable::OtherVelocity => Some(model.velocity_index(other)),
+            Variable::Time | Variable::Input => None,
+        }
+    }
+
+    /// Range of each variable over the samples at which the effect's force is at least a
+    /// twentieth of its largest; of a law that is nothing beyond an edge, all that lies inside.
+    /// A learned curve acts where it stands out of its band.
+    fn region(&self, e: &ModelEffect, curve: Option<&Curve>) -> BTreeMap<String, [f64; 2]> {
+        let Law::Force(law) = e.effect.law else { return BTreeMap::new() };
+        if let (UNKNOWN, Some(c)) = (e.effect.class, curve) {
+            let range = location::acts(&c.at, &c.learned, &c.std);
+            return range.map(|(a, b)| (c.variable.clone(), [a, b])).into_iter().collect();
+        }
+        let internal = law.internal(&e.parameters);
+        let (amplitudes, shape) = internal.split_at(law.amplitudes());
+        let mut samples: Vec<(f64, Local)> = Vec::new();
+        for s in &self.motion() {
+            let basis = s.basis(law, shape, e.channel, e.other);
+            for k in 0..s.len() {
+                let force: f64 = amplitudes.iter().zip(&basis).map(|(a, b)| a * b[k]).sum();
+                samples.push((force.abs(), s.local(e.channel, e.other, k)));
+            }
+        }
+        let largest = samples.iter().map(|s| s.0).fold(0.0, f64::max);
+        let edged = ["end_stop", "overflow"].contains(&e.effect.class);
+        let least = if edged { f64::MIN_POSITIVE } else { 0.05 * largest };
+        let acts = samples.iter().filter(|s| s.0 >= least);
+        let mut region = BTreeMap::new();
+        for &variable in e.effect.variables(&e.parameters) {
+            let Some(state) = self.state_of(e, variable) else { continue };
+            let value = |at: &Local| match variable {
+                Variable::Velocity => at.v,
+                Variable::OtherCoordinate => at.other_q,
+                Variable::OtherVelocity => at.other_v,
+                _ => at.q,
+            };
+            let range = acts
+                .clone()
+                .map(|s| value(&s.1))
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+            region.insert(self.problem.model.state_name(state).to_owned(), range);
+        }
+        region
+    }
+
+    /// The motion of the chosen model.
+    fn motion(&self) -> Vec<SmoothedRecording> {
+        let paths = self.found.chosen.paths(self.problem);
+        let smoothed = self.problem.smoothed.iter().zip(&paths);
+        smoothed
+            .map(
+                |(s, path)| {
+                    if path.len() < s.len() {
+                        s.clone()
+                    } else {
+                        s.along(path, path.len() / s.len())
+                    }
+                },
+            )
+            .collect()
+    }
+
+    /// The learned force and the law over the variable that it depends on, for laws of one
+    /// variable and no memory.
+    fn curve(&self, e: &ModelEffect) -> Option<Curve> {
+        let Law::Force(law) = e.effect.law else { return None };
+        let over = match e.effect.variables(&e.parameters) {
+            [Variable::Velocity] => Over::Velocity,
+            [Variable::Coordinate] | [] => Over::Coordinate,
+            [Variable::Time] => Over::Time,
+            _ => return None,
+        };
+        if law.memory() > 0 {
+            return None;
+        }
+        // What the recordings show beside the law, all else as it was fitted: a curve that could
+        // trade with it would show its doubt, not the force's.
+        let mut fit = self.found.chosen.clone();
+        fit.hypothesis = fit.hypothesis.held();
+        let remainder = Screen::new(self.problem, &fit)?.learn(e.channel, over)?;
+        let internal = law.internal(&e.parameters);
+        let (amplitudes, shape) = internal.split_at(law.amplitudes());
+        let mut basis = vec![0.0; law.amplitudes()];
+        let force = |x: f64| {
+            let at = Local { t: x, q: x, v: x, ..Local::default() };
+            law.basis(shape, &at, &[], &mut basis);
+            amplitudes.iter().zip(&basis).map(|(a, b)| a * b).sum::<f64>()
+        };
+        let law_there: Vec<f64> = remainder.at.iter().copied().map(force).collect();
+        let model = self.problem.model;
+        let state = match over {
+            Over::Velocity => Some(model.velocity_index(e.channel)),
+            Over::Coordinate => Some(model.coordinate_index(e.channel)),
+            Over::Time => None,
+        };
+        Some(Curve {
+            variable: state.map_or(model.time_column.clone(), |i| model.state_name(i).to_owned()),
+            variable_unit: state.map_or("s".to_owned(), |i| model.state_unit(i)),
+            force_unit: model.force_unit(e.channel),
+            learned: law_there.iter().zip(&remainder.force).map(|(l, r)| l + r).collect(),
+            law: law_there,
+            at: remainder.at,
+            std: remainder.std,
+        })
+    }
+}

@@ -1,0 +1,164 @@
+//! From the search to the diagnosis: verdict, calibration, the ladder.
+
+use super::Outcome;
+use crate::colour::colour;
+use crate::dataset::{Dataset, Observed};
+use crate::diagnosis::{Calibration, DataUsed, Diagnosis, Rung, SCHEMA, Verdict};
+use crate::likelihood::{Fit, Problem};
+use crate::search::Found;
+use crate::search::gain::{RELEVANT, THRESHOLD, gain};
+use crate::search::validate::refuted;
+use lacuna_effects::Acts;
+use lacuna_plants::model::{Augmentation, ModelEffect, NewEffect};
+use std::collections::BTreeMap;
+
+/// Mean square residual, in units of the noise, up to which a model explains its data.
+const EXPLAINED: f64 = 1.5;
+
+/// Share of its tolerance within which a parameter is as the model says: values are written with
+/// few digits.
+const ROUNDING: f64 = 0.05;
+
+/// All that the diagnosis is made of.
+pub(super) struct Ladder<'a> {
+    pub problem: &'a Problem<'a>,
+    pub held_out: &'a Problem<'a>,
+    pub found: Found,
+    /// The new effects, with standard deviations.
+    pub effects: Vec<ModelEffect>,
+    /// Standard deviations of the model's parameters.
+    pub parameter_std: Vec<f64>,
+}
+
+impl<'a> Ladder<'a> {
+    pub(super) fn new(problem: &'a Problem<'a>, held_out: &'a Problem<'a>, found: Found) -> Self {
+        let chosen = &found.chosen;
+        // What is correlated over c samples is worth one in c of them.
+        let residuals = chosen.residuals(problem);
+        let doubt = chosen.inflation() * colour(residuals.iter().map(Vec::as_slice));
+        let effects = chosen.effects(doubt).split_off(chosen.hypothesis.own);
+        let parameter_std = chosen.parameter_std(doubt);
+        Self { problem, held_out, found, effects, parameter_std }
+    }
+
+    pub(super) fn outcome(&self) -> Outcome {
+        let verdict = self.verdict();
+        let keep_model = verdict == Verdict::NoMismatch;
+        let (fit, proofs) = self.proof(keep_model);
+        let findings = self.findings();
+        let location = self.location(&findings);
+        let mut notes = Vec::new();
+        if verdict == Verdict::Unexplained {
+            notes.push(
+                "No effect of the catalogue explains what is left; the location tells in which channel."
+                    .to_owned(),
+            );
+        }
+        let augmentation = if keep_model { Augmentation::default() } else { self.augmentation() };
+        let diagnosis = Diagnosis {
+            schema: SCHEMA,
+            model: self.problem.model.name.clone(),
+            verdict,
+            findings,
+            calibration: if keep_model { BTreeMap::new() } else { self.calibration() },
+            location,
+            fit,
+            ladder: self.rungs(),
+            data: self.data(),
+            notes,
+        };
+        Outcome { diagnosis, augmentation, proofs }
+    }
+
+    fn verdict(&self) -> Verdict {
+        let found = &self.found;
+        if !self.effects.is_empty() {
+            let sensor = |e: &ModelEffect| e.effect.acts == Acts::Sensors;
+            return if self.effects.iter().all(sensor) {
+                Verdict::SensorFault
+            } else {
+                Verdict::MissingPhysics
+            };
+        }
+        // A residual above the noise that depends on nothing is noise, of another colour or size
+        // than was estimated.
+        let follows = found.calibrated.windowed.level == 0;
+        let floor = if follows { found.floor } else { 1.0 };
+        let above = found.calibrated.reduced() > EXPLAINED * floor;
+        if above && found.promise > THRESHOLD {
+            return Verdict::Unexplained;
+        }
+        let drop = found.nominal.reduced() - found.calibrated.reduced();
+        let moved = gain(self.problem, &found.nominal, &found.calibrated) > THRESHOLD;
+        let (nominal, calibrated) = (&found.nominal.hypothesis, &found.calibrated.hypothesis);
+        let agreed = !refuted(self.held_out, nominal, calibrated);
+        if moved && drop > RELEVANT && self.moves_noticeably() && agreed {
+            Verdict::Miscalibrated
+        } else {
+            Verdict::NoMismatch
+        }
+    }
+
+    /// Whether any parameter moves by more than the rounding of its nominal value.
+    fn moves_noticeably(&self) -> bool {
+        let values = &self.found.calibrated.hypothesis.parameters;
+        let mut all = self.problem.model.parameters.iter().zip(values);
+        all.any(|(p, v)| (v - p.value).abs() > ROUNDING * p.std())
+    }
+
+    fn calibration(&self) -> BTreeMap<String, Calibration> {
+        let values = &self.found.chosen.hypothesis.parameters;
+        let free = self.problem.model.parameters.iter().enumerate().filter(|(_, p)| p.std() > 0.0);
+        free.map(|(k, p)| {
+            let (nominal, value, std) = (p.value, values[k], self.parameter_std[k]);
+            (p.name.clone(), Calibration { nominal, value, std, unit: p.unit.clone() })
+        })
+        .collect()
+    }
+
+    fn augmentation(&self) -> Augmentation {
+        let values = &self.found.chosen.hypothesis.parameters;
+        let free = self.problem.model.parameters.iter().enumerate().filter(|(_, p)| p.std() > 0.0);
+        let parameters =
+            free.map(|(k, p)| (p.name.clone(), values[k], self.parameter_std[k])).collect();
+        let effects = self.effects.iter().map(|e| self.new_effect(e)).collect();
+        Augmentation { parameters, effects }
+    }
+
+    pub(super) fn new_effect(&self, e: &ModelEffect) -> NewEffect {
+        NewEffect::of(self.problem.model, e)
+    }
+
+    /// Shares of the misfit that each rung takes away, in the order of the ladder.
+    fn rungs(&self) -> Vec<Rung> {
+        let found = &self.found;
+        let total = (found.nominal.reduced() - 1.0).max(1e-12);
+        let excess = |f: &Fit| ((f.reduced() - 1.0) / total).clamp(0.0, 1.0);
+        let mut rungs = Vec::new();
+        let after_calibration = excess(&found.calibrated);
+        let calibration = (1.0 - after_calibration).max(0.0);
+        rungs.push(Rung { what: "calibration".to_owned(), share: calibration });
+        let named = (after_calibration - excess(&found.chosen)).max(0.0);
+        let gains: f64 = found.named.iter().map(|n| n.gain.max(0.0)).sum();
+        for (e, n) in self.effects.iter().zip(&found.named) {
+            let share = if gains > 0.0 { named * n.gain.max(0.0) / gains } else { named };
+            let model = self.problem.model;
+            let on = model.effect_channel_name(e.effect, e.channel);
+            rungs.push(Rung { what: format!("{} on {on}", e.effect.words), share });
+        }
+        rungs.push(Rung { what: "unexplained".to_owned(), share: excess(&found.chosen) });
+        rungs
+    }
+
+    fn data(&self) -> DataUsed {
+        let names = |d: &Dataset| d.recordings.iter().map(|r| r.name.clone()).collect();
+        let training = self.problem.dataset;
+        DataUsed {
+            training: names(training),
+            held_out: names(self.held_out.dataset),
+            samples: training.recordings.iter().map(Observed::len).sum(),
+            dropped: training.recordings.iter().map(|r| r.dropped).sum(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! First-order states that nothing measures: a first guess from what they do to those that are.
+//!
+//! Where a state h is hidden but drives measured ones, `x' = D(x, h, u)`, the value that makes D
+//! agree with the measured motion is a guess of h, good enough for the likelihood to begin from.
+
+use crate::trajectories::SmoothedRecording;
+use lacuna_plants::model::System;
+use lacuna_plants::{Model, Plant};
+
+/// Samples at which a hidden state is guessed; straight lines between them.
+const POINTS: usize = 200;
+/// Magnitudes that are tried, from the smallest to the largest as shares of the measured states'.
+const MAGNITUDES: usize = 60;
+const SMALLEST: f64 = 1e-3;
+const LARGEST: f64 = 1e3;
+
+/// Fill the hidden first-order states of a recording's smoothed motion.
+pub(super) fn guess(model: &Model, hidden: &[usize], motion: &mut SmoothedRecording) {
+    let n = model.coordinates.len();
+    let first_order: Vec<usize> = hidden.iter().copied().filter(|&i| i >= 2 * n).collect();
+    if first_order.is_empty() {
+        return;
+    }
+    let system = System::new(model);
+    let tries = magnitudes(model, hidden, motion);
+    let mut knots: Vec<usize> = (0..motion.len()).step_by(motion.len().div_ceil(POINTS)).collect();
+    if knots.last() != Some(&(motion.len() - 1)) {
+        knots.push(motion.len() - 1);
+    }
+    for &state in &first_order {
+        let values: Vec<f64> = knots
+            .iter()
+            .map(|&k| best(model, &system, hidden, motion, (k, state), &tries))
+            .collect();
+        for (pair, ends) in knots.windows(2).zip(values.windows(2)) {
+            for k in pair[0]..=pair[1] {
+                let share = (k - pair[0]) as f64 / (pair[1] - pair[0]) as f64;
+                motion.set(k, state, ends[0] + share * (ends[1] - ends[0]));
+            }
+        }
+    }
+}
+
+/// Zero and magnitudes of both signs about those of the measured states.
+fn magnitudes(model: &Model, hidden: &[usize], motion: &SmoothedRecording) -> Vec<f64> {
+    let measured = (0..model.machine_states()).filter(|i| !hidden.contains(i));
+    let largest = measured
+        .flat_map(|i| (0..motion.len()).map(move |k| motion.state(k)[i].abs()))
+        .fold(0.0f64, f64::max);
+    let mut out = vec![0.0];
+    for k in 0..MAGNITUDES {
+        let share = k as f64 / (MAGNITUDES - 1) as f64;
+        let size = largest * SMALLEST * (LARGEST / SMALLEST).powf(share);
+        out.extend([size, -size]);
+    }
+    out
+}
+
+/// The value of a hidden state at sample `k` with which the measured states move as they do.
+fn best(
+    model: &Model,
+    system: &System,
+    hidden: &[usize],
+    motion: &SmoothedRecording,
+    (k, state): (usize, usize),
+    tries: &[f64],
+) -> f64 {
+    let (machine, m) = (model.machine_states(), model.inputs.len());
+    let u = &motion.commands[k * m..(k + 1) * m];
+    let mut derivative = vec![0.0; system.states()];
+    let mut miss = |value: f64| {
+        let mut x = system.at_rest(motion.state(k));
+        x[state] = value;
+        system.derivative(motion.times[k], &x, u, &mut derivative);
+        let off = |i: usize| (derivative[i] - motion.rate(k, i)).powi(2);
+        let sum: f64 = (0..machine).filter(|i| !hidden.contains(i)).map(off).sum();
+        if sum.is_finite() { sum } else { f64::INFINITY }
+    };
+    let scored: Vec<f64> = tries.iter().map(|&v| miss(v)).collect();
+    let at = (0..tries.len()).min_by(|&a, &b| scored[a].total_cmp(&scored[b])).unwrap_or(0);
+    // Between the neighbours of the best by golden section.
+    let mut order: Vec<f64> = tries.to_vec();
+    order.sort_by(f64::total_cmp);
+    let place = order.iter().position(|v| *v == tries[at]).unwrap_or(0);
+    let (mut low, mut high) =
+        (order[place.saturating_sub(1)], order[(place + 1).min(order.len() - 1)]);
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    for _ in 0..40 {
+        let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        if miss(a) < miss(b) { high = b } else { low = a }
+    }
+    0.5 * (low + high)
+}

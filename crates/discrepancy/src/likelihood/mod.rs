@@ -1,0 +1,40 @@
+//! The likelihood of a model on recordings: the differential equation itself, fitted by
+//! multiple shooting.
+//!
+//! Each recording is cut into windows with free initial states x_w; the model runs through each
+//! window, and
+//!
+//! ```text
+//! chi^2 = sum_w |(y_w - h(x(t; x_w, z, theta))) / sigma|^2
+//! log Z = - n/2 log s - chi^2/(2 s) - |(theta - theta_0)/S|^2/2 - log det(S H S)/2,   s = max(1, chi^2/n)
+//! ```
+//!
+//! with theta the calibrated parameters and those of the effects, H the precision of theta with
+//! the states of all windows eliminated, and Z the evidence by Laplace's method. Memory z of
+//! effects (hysteresis, a hidden mass) does not know of windows: it runs on from one to the
+//! next, and only its value at the beginning of a recording is free.
+//!
+//! | on paper | in code |
+//! | --- | --- |
+//! | recordings, model, magnitudes | [`Problem`] |
+//! | windows of level l: 2^l a recording | [`windows`] |
+//! | theta, theta_0, S | [`Free`], [`Hypothesis`] |
+//! | derivatives of the outputs | [`sweep`] (dual numbers through the Runge-Kutta steps) |
+//! | normal equations without the states | [`normal::Arrow`] |
+//! | x_w, theta at the optimum, log Z | [`Fit`] |
+
+mod chain;
+mod fit;
+mod hidden;
+mod hypothesis;
+mod minimise;
+pub mod normal;
+mod problem;
+pub mod sweep;
+pub mod windows;
+
+pub use fit::{FULL, Fit, QUICK, Windowed};
+pub use hypothesis::{Free, Hypothesis, What};
+pub use minimise::Effort;
+pub use problem::Problem;
+pub use windows::Window;

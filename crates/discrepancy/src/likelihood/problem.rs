@@ -1,0 +1,262 @@
+//! What all hypotheses share: the model, the recordings, the magnitudes of every channel.
+
+use crate::DiagnoseError;
+use crate::dataset::Dataset;
+use crate::prediction::Predictor;
+use crate::trajectories::{SmoothedRecording, unmeasured};
+use lacuna_effects::{Acts, Effect, Law, Scales};
+use lacuna_plants::Model;
+use lacuna_plants::model::{Direction, Equations, ModelEffect, System};
+use lacuna_plants::{Dual, Number};
+use lacuna_recordings::Sampling;
+
+/// A model and the recordings that it is compared with.
+pub struct Problem<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// Its equations, compiled.
+    pub equations: Equations,
+    /// The recordings.
+    pub dataset: &'a Dataset,
+    /// The recordings' motion as they alone tell it.
+    pub smoothed: Vec<SmoothedRecording>,
+    /// Usual time from sample to sample (s).
+    pub sample: f64,
+    /// One over the noise of each output.
+    pub weights: Vec<f64>,
+    /// Entries of the machine's state that nothing measures, not even as a derivative.
+    hidden: Vec<usize>,
+    /// Magnitudes of each force channel.
+    channels: Vec<Scales>,
+    /// Magnitudes of each input.
+    inputs: Vec<Scales>,
+}
+
+impl<'a> Problem<'a> {
+    /// Smooth the recordings and measure the magnitudes of every channel.
+    ///
+    /// # Errors
+    /// A channel that cannot be smoothed.
+    pub fn new(model: &'a Model, dataset: &'a Dataset) -> Result<Self, DiagnoseError> {
+        let equations = Equations::of(model);
+        let smoothed = dataset
+            .recordings
+            .iter()
+            .map(|o| SmoothedRecording::new(model, dataset, o))
+            .collect::<Result<Vec<_>, _>>()?;
+        let sample = Sampling::of(&smoothed[0].times).step;
+        let n = model.coordinates.len();
+        let unmeasured = unmeasured(model, dataset);
+        let hidden = (0..model.machine_states())
+            .filter(|i| unmeasured.contains(&if (n..2 * n).contains(i) { i - n } else { *i }));
+        let mut this = Self {
+            model,
+            equations,
+            dataset,
+            smoothed,
+            sample,
+            weights: (0..dataset.outputs.len()).map(|k| 1.0 / dataset.noise_sd(k)).collect(),
+            hidden: hidden.collect(),
+            channels: vec![],
+            inputs: vec![],
+        };
+        for motion in &mut this.smoothed {
+            super::hidden::guess(model, &this.hidden, motion);
+        }
+        this.channels = this.channel_scales();
+        this.inputs = (0..model.inputs.len()).map(|j| this.input_scales(j)).collect();
+        Ok(this)
+    }
+
+    /// Magnitudes that an effect on a channel (or input, or sensor) is judged by.
+    #[must_use]
+    pub fn scales(&self, effect: &Effect, channel: usize, other: Option<usize>) -> Scales {
+        match (effect.law, effect.acts) {
+            (Law::Input(_), _) => self.inputs[channel],
+            (Law::Sensor(_), _) | (_, Acts::Sensors) => self.sensor_scales(channel),
+            (Law::Force(_), _) => {
+                let mut scales = self.channels[channel];
+                if let Some(o) = other {
+                    let s = &self.channels[o];
+                    scales.other = (s.half_range(), s.v, s.force);
+                }
+                scales
+            }
+        }
+    }
+
+    /// Magnitudes that a given effect is judged by.
+    #[must_use]
+    pub fn scales_of(&self, e: &ModelEffect) -> Scales {
+        self.scales(e.effect, e.channel, e.other)
+    }
+
+    /// Entries of the machine's state that nothing measures.
+    #[must_use]
+    pub fn hidden(&self) -> &[usize] {
+        &self.hidden
+    }
+
+    /// Runge-Kutta steps a sample that a model needs.
+    #[must_use]
+    pub fn substeps(&self, parameters: &[f64], effects: &[ModelEffect]) -> usize {
+        // A twentieth of the noise: a search need not be finer.
+        const TOLERANCE: f64 = 0.05;
+        const MOST: usize = 4;
+        let model = (self.model, &self.equations);
+        Predictor::with_substeps(model, parameters, effects, self.dataset, 1)
+            .needed_substeps(TOLERANCE, MOST)
+    }
+
+    /// Half the range of an entry of the machine's state.
+    #[must_use]
+    pub fn state_scale(&self, state: usize) -> f64 {
+        let n = self.model.coordinates.len();
+        let scale = if state < n {
+            self.channels[state].half_range()
+        } else if state < 2 * n {
+            self.channels[state - n].v
+        } else {
+            self.channels[state - n].half_range()
+        };
+        if scale > 0.0 { scale } else { 1.0 }
+    }
+
+    fn sensor_scales(&self, state: usize) -> Scales {
+        let n = self.model.coordinates.len();
+        let channel = if state < n { state } else { state - n };
+        let mut scales = self.channels[channel];
+        if (n..2 * n).contains(&state) {
+            scales.q = (-2.0 * scales.v, 2.0 * scales.v);
+        }
+        scales
+    }
+
+    fn times(&self) -> (f64, f64) {
+        let begin = self.smoothed.iter().map(|s| s.times[0]).fold(f64::INFINITY, f64::min);
+        let last = |s: &SmoothedRecording| s.times[s.len() - 1];
+        (begin, self.smoothed.iter().map(last).fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    fn channel_scales(&self) -> Vec<Scales> {
+        let mobility = self.mobility();
+        let scale = |c: usize| {
+            let series = |f: &dyn Fn(&SmoothedRecording, usize) -> f64| -> Vec<f64> {
+                let of = |s| (0..SmoothedRecording::len(s)).map(move |k| (s, k));
+                self.smoothed.iter().flat_map(of).map(|(s, k)| f(s, k)).collect()
+            };
+            let q = series(&|s, k| s.local(c, None, k).q);
+            let v = series(&|s, k| s.local(c, None, k).v);
+            let acceleration = deviation(&self.accelerations(c));
+            Scales {
+                q: inner_range(&q),
+                stroke: self.stroke(c),
+                v: deviation(&v),
+                acceleration,
+                force: acceleration / mobility[c],
+                other: (1.0, 1.0, 1.0),
+                input: (0.0, 0.0),
+                step: self.sample,
+                time: self.times(),
+            }
+        };
+        (0..self.model.channels()).map(scale).collect()
+    }
+
+    /// Rate of change of a channel's velocity, or of a first-order state.
+    fn accelerations(&self, channel: usize) -> Vec<f64> {
+        let at = |s: &SmoothedRecording, k: usize| s.local(channel, None, k).v;
+        let slopes = |s: &'_ SmoothedRecording| -> Vec<f64> {
+            // Over a few samples: what is left of the noise must not count.
+            let gap = (s.len() / 200).clamp(1, 5);
+            (gap..s.len())
+                .map(|k| (at(s, k) - at(s, k - gap)) / (s.times[k] - s.times[k - gap]))
+                .collect()
+        };
+        self.smoothed.iter().flat_map(slopes).collect()
+    }
+
+    /// Acceleration per unit of force on each channel, in the mean along the recordings.
+    fn mobility(&self) -> Vec<f64> {
+        const POINTS: usize = 60;
+        let (model, n) = (self.model, self.model.coordinates.len());
+        let at = |c: usize| {
+            let push = [(Direction::Force(c), 0)];
+            let system = System::along(
+                model,
+                &self.equations,
+                &model.values(),
+                &model.effects,
+                &push,
+                self.sample,
+            );
+            let mut w = system.workspace();
+            let mut sum = 0.0;
+            let mut count = 0.0;
+            for s in &self.smoothed {
+                for k in (0..s.len()).step_by(s.len().div_ceil(POINTS)) {
+                    let x = system.at_rest(s.state(k));
+                    let mut x: Vec<Dual> = x.into_iter().map(Dual::constant).collect();
+                    let m = model.inputs.len();
+                    let u: Vec<Dual> =
+                        s.commands[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
+                    let h = 1e-3 * self.sample;
+                    system.advance(&mut w, (s.times[k], s.times[k] + h), (&u, &u), 1, &mut x);
+                    let slope = x[c + n].tangent[0] / h;
+                    if slope.is_finite() {
+                        sum += slope;
+                        count += 1.0;
+                    }
+                }
+            }
+            if sum > 0.0 { sum / count } else { 1.0 }
+        };
+        (0..model.channels()).map(at).collect()
+    }
+
+    /// Half the range that a channel covers within an eighth of a recording, in the median.
+    fn stroke(&self, channel: usize) -> f64 {
+        let mut strokes: Vec<f64> = Vec::new();
+        for s in &self.smoothed {
+            let q: Vec<f64> = (0..s.len()).map(|k| s.local(channel, None, k).q).collect();
+            strokes.extend(q.chunks(q.len().div_ceil(8)).map(|part| {
+                let (low, high) = inner_range(part);
+                0.5 * (high - low)
+            }));
+        }
+        strokes.sort_by(f64::total_cmp);
+        strokes[strokes.len() / 2].max(f64::MIN_POSITIVE)
+    }
+
+    fn input_scales(&self, j: usize) -> Scales {
+        let m = self.model.inputs.len();
+        let u: Vec<f64> = self
+            .smoothed
+            .iter()
+            .flat_map(|s| s.commands.iter().skip(j).step_by(m))
+            .copied()
+            .collect();
+        let largest = u.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+        Scales {
+            input: (deviation(&u), largest),
+            step: self.sample,
+            time: self.times(),
+            ..Scales::default()
+        }
+    }
+}
+
+/// Range without the outermost thousandth on either side.
+fn inner_range(values: &[f64]) -> (f64, f64) {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let cut = sorted.len() / 2000;
+    (sorted[cut], sorted[sorted.len() - 1 - cut])
+}
+
+/// Standard deviation.
+fn deviation(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}

@@ -1,0 +1,310 @@
+//! One recording run through in its windows, in plain or in dual numbers.
+
+use super::chain::{Chain, parameter_step};
+use super::{Hypothesis, Problem, Window};
+use crate::dataset::Observed;
+use lacuna_effects::Law;
+use lacuna_plants::model::{Direction, ModelEffect, Observation, System};
+use lacuna_plants::{Dual, LANES, Number};
+use rayon::prelude::*;
+
+/// The states with which the windows of one recording begin.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Starts {
+    /// The machine's state of each window.
+    pub machine: Vec<Vec<f64>>,
+    /// The effects' memory at the beginning of the recording.
+    pub memory: Vec<f64>,
+}
+
+/// Residuals of a window and their derivatives.
+#[derive(Clone, Debug, Default)]
+pub struct Columns {
+    /// (measured - predicted) / noise, output by output.
+    pub residual: Vec<f64>,
+    /// Derivative of the *prediction* in units of the noise: by the machine's state at the
+    /// window's beginning, by the memory at the recording's beginning, by theta.
+    pub by: Vec<Vec<f64>>,
+}
+
+/// Sum of squares of the weighted residuals of a recording; infinite where the model diverges.
+#[must_use]
+pub fn squares(
+    problem: &Problem,
+    hypothesis: &Hypothesis,
+    windows: &[Window],
+    starts: &Starts,
+    substeps: usize,
+) -> f64 {
+    let mut sum = 0.0;
+    let followed = residuals(problem, hypothesis, windows, starts, substeps, |r| {
+        sum += r.iter().map(|r| r * r).sum::<f64>();
+    });
+    if followed && sum.is_finite() { sum } else { f64::INFINITY }
+}
+
+/// Weighted residuals of each window of a recording, in order; `false` where the model diverges.
+pub fn residuals(
+    problem: &Problem,
+    hypothesis: &Hypothesis,
+    windows: &[Window],
+    starts: &Starts,
+    substeps: usize,
+    mut each: impl FnMut(Vec<f64>),
+) -> bool {
+    let chain = plain(problem, hypothesis, windows[0].recording, substeps);
+    let machine = problem.model.machine_states();
+    let mut memory = starts.memory.clone();
+    for (w, x) in windows.iter().zip(&starts.machine) {
+        let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
+        let Some(out) = chain.window(w, &mut state, |_| ()) else { return false };
+        memory.copy_from_slice(&state[machine..]);
+        let mut residual = Vec::new();
+        scan(problem, w, &out, |measured, y, weight| residual.push((measured - y) * weight));
+        each(residual);
+    }
+    true
+}
+
+/// The whole state at each sample of a recording, windows run through; empty where it diverges.
+#[must_use]
+pub fn trajectory(
+    problem: &Problem,
+    hypothesis: &Hypothesis,
+    windows: &[Window],
+    starts: &Starts,
+    substeps: usize,
+) -> Vec<f64> {
+    let chain = plain(problem, hypothesis, windows[0].recording, substeps);
+    let machine = problem.model.machine_states();
+    let (mut memory, mut out) = (starts.memory.clone(), Vec::new());
+    for (w, x) in windows.iter().zip(&starts.machine) {
+        let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
+        if chain.window(w, &mut state, |x| out.extend_from_slice(x)).is_none() {
+            return vec![];
+        }
+        memory.copy_from_slice(&state[machine..]);
+    }
+    out
+}
+
+fn plain<'p>(
+    problem: &'p Problem<'p>,
+    h: &'p Hypothesis,
+    recording: usize,
+    substeps: usize,
+) -> Chain<'p, f64> {
+    let observed = &problem.dataset.recordings[recording];
+    let observation = observation(problem);
+    Chain {
+        problem,
+        effects: &h.effects,
+        observed,
+        system: System::with(problem.model, &problem.equations, &h.parameters, &h.effects),
+        bound: observation.bind(&h.parameters),
+        observation,
+        inputs: effective(problem, &h.effects, observed),
+        input_lanes: vec![],
+        sensor_lanes: vec![],
+        substeps,
+    }
+}
+
+fn observation(problem: &Problem) -> Observation {
+    let measured: Vec<_> = problem.dataset.outputs.iter().map(|o| o.of).collect();
+    Observation::of(problem.model, &measured)
+}
+
+fn effective(problem: &Problem, effects: &[ModelEffect], observed: &Observed) -> Vec<f64> {
+    lacuna_plants::model::effective_inputs(
+        effects,
+        problem.model.inputs.len(),
+        &observed.times,
+        &observed.commands,
+    )
+}
+
+/// Residuals of the windows of one recording with their derivatives by the machine's states,
+/// the memory and theta. `None` where the model diverges.
+///
+/// Memory that runs on into a window is taken to depend on theta, not on the states of the
+/// windows before it.
+#[must_use]
+pub fn linearise(
+    problem: &Problem,
+    hypothesis: &Hypothesis,
+    windows: &[Window],
+    starts: &Starts,
+    substeps: usize,
+) -> Option<Vec<Columns>> {
+    let machine = problem.model.machine_states();
+    let entries = machine + starts.memory.len() + hypothesis.free.len();
+    let parts: Option<Vec<Vec<Columns>>> = (0..entries.div_ceil(LANES))
+        .into_par_iter()
+        .map(|chunk| {
+            let lanes = chunk * LANES..((chunk + 1) * LANES).min(entries);
+            Lanes { problem, hypothesis, windows, starts, substeps, lanes }.run()
+        })
+        .collect();
+    let mut all: Vec<Columns> = vec![Columns::default(); windows.len()];
+    for part in parts? {
+        for (columns, part) in all.iter_mut().zip(part) {
+            columns.residual = part.residual;
+            columns.by.extend(part.by);
+        }
+    }
+    Some(all)
+}
+
+/// Some of the entries, carried along in the lanes of dual numbers.
+struct Lanes<'p> {
+    problem: &'p Problem<'p>,
+    hypothesis: &'p Hypothesis,
+    windows: &'p [Window],
+    starts: &'p Starts,
+    substeps: usize,
+    lanes: std::ops::Range<usize>,
+}
+
+impl Lanes<'_> {
+    fn lane(&self, entry: usize) -> Option<usize> {
+        self.lanes.contains(&entry).then(|| entry - self.lanes.start)
+    }
+
+    /// Entries of theta in these lanes: index, lane.
+    fn theta(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let before = self.problem.model.machine_states() + self.starts.memory.len();
+        (0..self.hypothesis.free.len()).filter_map(move |j| Some((j, self.lane(before + j)?)))
+    }
+
+    fn chain(&self) -> Chain<'_, Dual> {
+        let (problem, h) = (self.problem, self.hypothesis);
+        let observed = &problem.dataset.recordings[self.windows[0].recording];
+        let directions: Vec<(Direction, usize)> =
+            self.theta().filter_map(|(j, lane)| Some((h.direction(j)?, lane))).collect();
+        let observation = observation(problem);
+        let mut numbers: Vec<Dual> = h.parameters.iter().map(|&p| Dual::constant(p)).collect();
+        for &(d, lane) in &directions {
+            if let Direction::Parameter(k) = d {
+                numbers[k] = Dual::direction(h.parameters[k], lane);
+            }
+        }
+        let inputs = effective(problem, &h.effects, observed);
+        let (mut input_lanes, mut sensor_lanes) = (vec![], vec![]);
+        for (j, lane) in self.theta() {
+            let super::What::Effect(e, p) = h.free[j].what else { continue };
+            match h.effects[e].effect.law {
+                Law::Input(_) => input_lanes.push((lane, self.input_slope(e, p, &inputs))),
+                Law::Sensor(_) => sensor_lanes.push((e, p, lane)),
+                Law::Force(_) => {}
+            }
+        }
+        Chain {
+            problem,
+            effects: &h.effects,
+            observed,
+            system: System::along(
+                problem.model,
+                &problem.equations,
+                &h.parameters,
+                &h.effects,
+                &directions,
+                problem.sample,
+            ),
+            bound: observation.bind(&numbers),
+            observation,
+            inputs,
+            input_lanes,
+            sensor_lanes,
+            substeps: self.substeps,
+        }
+    }
+
+    /// Derivative of the effective inputs by a parameter of an input effect.
+    fn input_slope(&self, effect: usize, parameter: usize, inputs: &[f64]) -> Vec<f64> {
+        let problem = self.problem;
+        let observed = &problem.dataset.recordings[self.windows[0].recording];
+        let mut effects = self.hypothesis.effects.clone();
+        let step = parameter_step(&effects[effect], parameter, problem.sample);
+        effects[effect].parameters[parameter] += step;
+        let moved = effective(problem, &effects, observed);
+        moved.iter().zip(inputs).map(|(a, b)| (a - b) / step).collect()
+    }
+
+    fn run(&self) -> Option<Vec<Columns>> {
+        let chain = self.chain();
+        let machine = self.problem.model.machine_states();
+        let seed = |value: f64, entry: usize| match self.lane(entry) {
+            Some(lane) => Dual::direction(value, lane),
+            None => Dual::constant(value),
+        };
+        let memory = self.starts.memory.iter().enumerate();
+        let mut memory: Vec<Dual> = memory.map(|(i, &z)| seed(z, machine + i)).collect();
+        let mut all = Vec::with_capacity(self.windows.len());
+        for (w, x) in self.windows.iter().zip(&self.starts.machine) {
+            let mut state: Vec<Dual> = x.iter().enumerate().map(|(i, &x)| seed(x, i)).collect();
+            state.extend_from_slice(&memory);
+            let out = chain.window(w, &mut state, |_| ())?;
+            memory.copy_from_slice(&state[machine..]);
+            self.forget(&mut memory);
+            all.push(self.columns(w, &out));
+        }
+        Some(all)
+    }
+
+    /// Memory forgets the states of the window that it leaves.
+    fn forget(&self, memory: &mut [Dual]) {
+        let states = self.problem.model.machine_states() + self.starts.memory.len();
+        for entry in self.lanes.clone().filter(|&e| e < states) {
+            for z in memory.iter_mut() {
+                z.tangent[entry - self.lanes.start] = 0.0;
+            }
+        }
+    }
+
+    fn columns(&self, w: &Window, out: &[Vec<Dual>]) -> Columns {
+        let mut columns = Columns { residual: vec![], by: vec![Vec::new(); self.lanes.len()] };
+        let before = self.problem.model.machine_states() + self.starts.memory.len();
+        let scale: Vec<f64> = self
+            .lanes
+            .clone()
+            .map(|entry| match entry.checked_sub(before) {
+                Some(j) => {
+                    let f = &self.hypothesis.free[j];
+                    f.slope(f.fitted(self.plain(j)))
+                }
+                None => 1.0,
+            })
+            .collect();
+        scan(self.problem, w, out, |measured, y: Dual, weight| {
+            columns.residual.push((measured - y.value) * weight);
+            for (l, by) in columns.by.iter_mut().enumerate() {
+                by.push(y.tangent[l] * weight * scale[l]);
+            }
+        });
+        columns
+    }
+
+    /// Plain value of an entry of theta.
+    fn plain(&self, j: usize) -> f64 {
+        let h = self.hypothesis;
+        match h.free[j].what {
+            super::What::Parameter(k) => h.parameters[k],
+            super::What::Effect(e, p) => h.effects[e].internal()[p],
+        }
+    }
+}
+
+/// Go over the measured samples of a window, output by output.
+fn scan<T: Copy>(problem: &Problem, w: &Window, out: &[Vec<T>], mut each: impl FnMut(f64, T, f64)) {
+    let observed = &problem.dataset.recordings[w.recording];
+    for (output, series) in out.iter().enumerate() {
+        let weight = problem.weights[output];
+        let measured = &observed.outputs[output][w.range.clone()];
+        for (&y, &predicted) in measured.iter().zip(series) {
+            if y.is_finite() {
+                each(y, predicted, weight);
+            }
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! What each amplitude of a term changes in the outputs.
+
+use super::local::{Along, Local};
+use super::{Drive, Screen};
+use crate::candidates::{Candidate, Term};
+use lacuna_effects::Law;
+use lacuna_plants::model::Measured;
+
+/// What drives the linearised motion: where, the series, its sign.
+pub(super) type Drives = Vec<(Drive, Vec<f64>, f64)>;
+
+impl Screen<'_> {
+    /// What drives the linearised motion for each amplitude of a term.
+    pub(super) fn drives(&self, term: &Term, along: &Along) -> Vec<Drives> {
+        let Candidate { effect, channel, other } = term.candidate;
+        match effect.law {
+            Law::Force(law) => {
+                let series = along.motion.basis(law, &term.shape, channel, other);
+                let reaction = other.filter(|_| law.reacts());
+                series
+                    .into_iter()
+                    .map(|s| {
+                        let s = centred(&s);
+                        let mut drives = vec![(Drive::Force(channel), s.clone(), 1.0)];
+                        drives.extend(reaction.map(|o| (Drive::Force(o), s, -1.0)));
+                        drives
+                    })
+                    .collect()
+            }
+            Law::Input(law) => {
+                let m = self.problem.model.inputs.len();
+                let u: Vec<f64> =
+                    along.maps.inputs.iter().skip(channel).step_by(m).copied().collect();
+                let made = law.transform(&term.shape, &along.motion.times, &u);
+                let change = made.iter().zip(&u).map(|(a, b)| a - b).collect();
+                vec![vec![(Drive::Input(channel), change, 1.0)]]
+            }
+            Law::Sensor(_) => vec![],
+        }
+    }
+
+    /// Weighted change of the measured samples of a window.
+    pub(super) fn driven(
+        &self,
+        r: usize,
+        along: &Along,
+        local: &Local,
+        drives: &Drives,
+    ) -> Vec<f64> {
+        let range = &local.window.range;
+        let outputs = self.problem.dataset.outputs.len();
+        let mut out = vec![vec![0.0; range.len()]; outputs];
+        let drives: Vec<_> = drives.iter().map(|(d, s, sign)| (*d, s.as_slice(), *sign)).collect();
+        along.maps.propagate(range, self.problem.model.channels(), &drives, &mut out);
+        self.rows(r, local, &out)
+    }
+
+    /// Weighted change of the measured samples of a window per unit of a sensor's parameter.
+    pub(super) fn sensed(
+        &self,
+        law: &dyn lacuna_effects::SensorLaw,
+        term: &Term,
+        r: usize,
+        along: &Along,
+        local: &Local,
+    ) -> Vec<f64> {
+        let range = &local.window.range;
+        let times = &along.motion.times[range.clone()];
+        let state = term.candidate.channel;
+        let truth: Vec<f64> = range.clone().map(|k| along.motion.state(k)[state]).collect();
+        let ideal = law.ideal();
+        let step = 1e-3 * if ideal[0] == 0.0 { self.problem.sample } else { 1.0 };
+        let moved = law.observe(&[ideal[0] + step], times, &truth);
+        let change = moved.iter().zip(&truth).map(|(a, b)| (a - b) / step).collect::<Vec<_>>();
+        let is = |o: &crate::Output| matches!(o.of, Measured::State(i) if i == state);
+        let zero = || vec![0.0; range.len()];
+        let outputs = &self.problem.dataset.outputs;
+        let out: Vec<Vec<f64>> =
+            outputs.iter().map(|o| if is(o) { change.clone() } else { zero() }).collect();
+        self.rows(r, local, &out)
+    }
+
+    /// The measured samples of a window, weighted, output by output.
+    fn rows(&self, r: usize, local: &Local, out: &[Vec<f64>]) -> Vec<f64> {
+        let observed = &self.problem.dataset.recordings[r];
+        let mut rows = Vec::with_capacity(local.columns.residual.len());
+        for (o, series) in out.iter().enumerate() {
+            let weight = self.problem.weights[o];
+            let measured = &observed.outputs[o][local.window.range.clone()];
+            rows.extend(
+                measured.iter().zip(series).filter(|(y, _)| y.is_finite()).map(|(_, d)| d * weight),
+            );
+        }
+        rows
+    }
+}
+
+/// Over each step the mean of both ends; over what follows the last sample nothing is known.
+fn centred(series: &[f64]) -> Vec<f64> {
+    let last = series.len() - 1;
+    (0..series.len()).map(|k| 0.5 * (series[k] + series[(k + 1).min(last)])).collect()
+}

@@ -1,0 +1,107 @@
+//! Forces learned without a formula, as curves over one variable.
+
+use super::{Scored, Screen};
+use crate::candidates::{Candidate, Term};
+use lacuna_effects::{Law, find};
+use rayon::prelude::*;
+
+/// The variable that a curve is over, by its number in the law's `over`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Over {
+    /// The channel's coordinate or first-order state.
+    Coordinate,
+    /// The channel's velocity.
+    Velocity,
+    /// Time.
+    Time,
+}
+
+/// A force learned without a formula.
+#[derive(Clone, Debug)]
+pub struct Learned {
+    /// Values of the variable.
+    pub at: Vec<f64>,
+    /// The force there.
+    pub force: Vec<f64>,
+    /// Its standard deviation.
+    pub std: Vec<f64>,
+    /// Nats that it gains.
+    pub gain: f64,
+}
+
+impl Screen<'_> {
+    /// Curves over the coordinate and over the velocity of every measured channel, the one that
+    /// gains most first.
+    #[must_use]
+    pub fn curves(&self) -> Vec<Scored> {
+        let model = self.problem.model;
+        let pairs: Vec<(usize, Over)> = (0..model.channels())
+            .flat_map(|c| {
+                let over = if model.is_coordinate(c) {
+                    &[Over::Coordinate, Over::Velocity][..]
+                } else {
+                    &[Over::Coordinate][..]
+                };
+                over.iter().map(move |&o| (c, o))
+            })
+            .collect();
+        let mut scored: Vec<Scored> = pairs
+            .into_par_iter()
+            .filter_map(|(c, over)| self.gain(self.curve(c, over)?))
+            .filter(|s| s.gain.is_finite())
+            .collect();
+        scored.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        scored
+    }
+
+    /// A curve over the range that its variable has along the trajectory.
+    #[must_use]
+    pub fn curve(&self, channel: usize, over: Over) -> Option<Term> {
+        let (from, to) = self.range(channel, over);
+        let effect = find("unknown_function")?;
+        let candidate = Candidate { effect, channel, other: None };
+        (to > from).then(|| Term { candidate, shape: vec![from, to, f64::from(over as u8)] })
+    }
+
+    fn range(&self, channel: usize, over: Over) -> (f64, f64) {
+        let mut values: Vec<f64> = Vec::new();
+        for a in &self.recordings {
+            for k in 0..a.motion.len() {
+                let at = a.motion.local(channel, None, k);
+                values.push(match over {
+                    Over::Coordinate => at.q,
+                    Over::Velocity => at.v,
+                    Over::Time => at.t,
+                });
+            }
+        }
+        values.sort_by(f64::total_cmp);
+        let cut = values.len() / 1000;
+        (values[cut], values[values.len() - 1 - cut])
+    }
+
+    /// What the residual shows of a force on a channel that depends on one variable alone, with
+    /// its uncertainty, on a fine grid.
+    #[must_use]
+    pub fn learn(&self, channel: usize, over: Over) -> Option<Learned> {
+        const POINTS: usize = 96;
+        let term = self.curve(channel, over)?;
+        let Law::Force(law) = term.candidate.effect.law else { return None };
+        let (sd, _, price) = self.priors(&term);
+        let normal = self.amplitudes(&term)?;
+        let (gain, amplitudes, covariance) = self.solve(&normal, &sd);
+        let (from, to) = (term.shape[0], term.shape[1]);
+        let at: Vec<f64> =
+            (0..POINTS).map(|k| from + (to - from) * k as f64 / (POINTS - 1) as f64).collect();
+        let mut basis = vec![0.0; amplitudes.len()];
+        let (mut force, mut std) = (vec![], vec![]);
+        for &x in &at {
+            let local = lacuna_effects::Local { t: x, q: x, v: x, other_q: 0.0, other_v: 0.0 };
+            law.basis(&term.shape, &local, &[], &mut basis);
+            force.push(basis.iter().zip(&amplitudes).map(|(b, a)| b * a).sum());
+            let b = nalgebra::DVector::from_column_slice(&basis);
+            std.push(b.dot(&(&covariance * &b)).max(0.0).sqrt());
+        }
+        Some(Learned { at, force, std, gain: gain - price })
+    }
+}

@@ -1,0 +1,69 @@
+//! One recording, and each of its windows, as a linear system.
+
+use super::Maps;
+use crate::likelihood::normal::Block;
+use crate::likelihood::{Fit, Problem, Window, sweep};
+use crate::trajectories::SmoothedRecording;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// One recording along its fitted trajectory.
+pub(super) struct Along {
+    pub(super) motion: SmoothedRecording,
+    pub(super) maps: Maps,
+    pub(super) windows: Vec<Local>,
+}
+
+/// One window's linear system.
+pub(super) struct Local {
+    pub(super) window: Window,
+    /// Measured samples of each output, as rows.
+    pub(super) columns: sweep::Columns,
+    pub(super) states: usize,
+    pub(super) unused: usize,
+    pub(super) factor: Cholesky<f64, Dyn>,
+    /// Solved against theta's columns and the residual.
+    pub(super) cross: DMatrix<f64>,
+    pub(super) rest: DVector<f64>,
+}
+
+/// Linearise one recording of a fit along `path`; none where it diverges.
+pub(super) fn along(problem: &Problem, fit: &Fit, r: usize, path: &[f64]) -> Option<Along> {
+    let samples = problem.smoothed[r].len();
+    if path.len() < samples || !path.len().is_multiple_of(samples) {
+        return None;
+    }
+    let windowed = &fit.windowed;
+    let (windows, starts) = (&windowed.windows[r], &windowed.starts[r]);
+    let all = sweep::linearise(problem, &fit.hypothesis, windows, starts, fit.substeps)?;
+    let machine = problem.model.machine_states();
+    let memory = starts.memory.len();
+    let local = |(k, (columns, window)): (usize, (sweep::Columns, &Window))| {
+        let (states, unused) = if k == 0 { (machine + memory, 0) } else { (machine, memory) };
+        let block = Block::of(&columns, states, unused);
+        let factor = block.eliminable()?;
+        let (cross, rest) = (factor.solve(&block.cross), factor.solve(&block.state_gradient));
+        let window = window.clone();
+        Some(Local { window, columns, states, unused, factor, cross, rest })
+    };
+    let windows: Option<Vec<Local>> = all.into_iter().zip(windows).enumerate().map(local).collect();
+    let motion = problem.smoothed[r].along(path, path.len() / samples);
+    Some(Along { motion, maps: Maps::new(problem, fit, r, path), windows: windows? })
+}
+
+/// Sum of products, in eight sums side by side: one after the other each would wait for the last.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const SUMS: usize = 8;
+    let mut sums = [0.0; SUMS];
+    let (x, y) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
+    let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in x.zip(y) {
+        for l in 0..SUMS {
+            sums[l] += x[l] * y[l];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+pub(super) fn dots(columns: &[Vec<f64>], d: &[f64]) -> DVector<f64> {
+    DVector::from_iterator(columns.len(), columns.iter().map(|a| dot(a, d)))
+}

@@ -1,0 +1,228 @@
+//! The search: which effects, judged by likelihood.
+//!
+//! 1. The model's parameters alone, in windows that grow as long as the model follows.
+//! 2. Every candidate is screened along the fitted trajectory ([`crate::screen`]); the best are
+//!    fitted with the differential equation itself, and the one with the most evidence stays if
+//!    it is worth its price ([`gain`]).
+//! 3. The same again with it, up to a few effects.
+//! 4. Each effect must be missed when it is taken away, and must beat what else could stand in
+//!    its place.
+//! 5. Recordings that nothing was fitted to must not speak against it ([`validate`]).
+//! 6. A free curve over one variable that beats all that the catalogue offers is an unknown
+//!    function.
+
+pub mod chain;
+mod forward;
+pub mod gain;
+mod prune;
+mod remainder;
+pub mod validate;
+mod variants;
+
+use crate::candidates::{Candidate, candidates};
+use crate::likelihood::windows::first_level;
+use crate::likelihood::{Effort, FULL, Fit, Hypothesis, Problem};
+use crate::{DiagnoseError, Output};
+use lacuna_effects::Law;
+use lacuna_plants::model::{Measured, ModelEffect};
+
+/// Most effects that are searched for.
+const MOST_EFFECTS: usize = 3;
+
+/// What the search found.
+pub struct Found {
+    /// The model as it is, states fitted.
+    pub nominal: Fit,
+    /// Its parameters fitted.
+    pub calibrated: Fit,
+    /// With the effects.
+    pub chosen: Fit,
+    /// Mean square residual of the model over the shortest windows, in units of the noise: where
+    /// noise is larger than its estimate (coloured, in bursts, clocks that jitter), it shows here.
+    pub floor: f64,
+    /// Nats that the best candidate or free curve promises beside the model's own physics, what
+    /// is correlated counted once.
+    pub promise: f64,
+    /// One entry an effect of `chosen`; curves of the remainder stand after them.
+    pub named: Vec<Named>,
+}
+
+/// An effect with what speaks for it.
+#[derive(Clone, Debug)]
+pub struct Named {
+    /// Nats that it gains.
+    pub gain: f64,
+    /// What could stand in its place.
+    pub rivals: Vec<Rival>,
+}
+
+/// What could stand in the place of an effect.
+#[derive(Clone, Debug)]
+pub struct Rival {
+    /// The rival.
+    pub candidate: Candidate,
+    /// Nats by which it lies behind.
+    pub behind: f64,
+    /// The fitted model with it.
+    pub hypothesis: Hypothesis,
+}
+
+/// A search under way.
+pub struct Search<'p> {
+    problem: &'p Problem<'p>,
+    held_out: &'p Problem<'p>,
+    candidates: Vec<Candidate>,
+    /// Level of the first windows.
+    level: u32,
+    progress: &'p (dyn Fn(&str) + Sync),
+}
+
+/// A model with effects, and what speaks for each.
+#[derive(Clone)]
+struct Path {
+    fit: Fit,
+    named: Vec<Named>,
+}
+
+impl<'p> Search<'p> {
+    /// A search among all candidates.
+    #[must_use]
+    pub fn new(
+        problem: &'p Problem<'p>,
+        held_out: &'p Problem<'p>,
+        progress: &'p (dyn Fn(&str) + Sync),
+    ) -> Self {
+        let model = problem.model;
+        let channels: Vec<usize> = (0..model.channels()).collect();
+        let sensors: Vec<usize> = problem.dataset.outputs.iter().filter_map(coordinate).collect();
+        let sensors: Vec<usize> = sensors
+            .into_iter()
+            .filter(|&s| channels.iter().any(|&c| model.coordinate_index(c) == s))
+            .collect();
+        let candidates = candidates(model, &channels, &sensors);
+        Self { problem, held_out, candidates, level: first_level(problem.dataset), progress }
+    }
+
+    /// Search.
+    ///
+    /// # Errors
+    /// A model that diverges on the recordings whatever its parameters.
+    pub fn run(&self, learn_remainder: bool) -> Result<Found, DiagnoseError> {
+        (self.progress)("fitting the model's own parameters");
+        let (calibrated, floor) = self.calibrated()?;
+        let look = self.look(&calibrated);
+        let best = look.shortlist.iter().chain(&look.curves).map(|s| s.gain);
+        let promise = best.fold(0.0, f64::max) / calibrated.colour(self.problem);
+        let begin = Path { fit: calibrated.clone(), named: vec![] };
+        let first = self.forward(begin, None, Some(look.clone()), 1);
+        let (mut path, is_curve) = self.curve_at_once(&calibrated, &look, first);
+        if !is_curve && !path.named.is_empty() {
+            let gained = path.named[0].gain;
+            path = self.forward(path, Some(gained), None, MOST_EFFECTS);
+            path = self.unknown(&calibrated, &look, path);
+        }
+        let path = self.validate(self.prune(path));
+        let chosen = chain::best_length(self.problem, chain::polish(self.problem, path.fit));
+        let like = |h: Hypothesis| self.like(&chosen, &calibrated, h);
+        let again = like(calibrated.hypothesis.clone()).ok_or_else(|| self.diverges())?;
+        let mut held = Hypothesis::of(self.problem.model).held();
+        held.effects.truncate(held.own);
+        let nominal = again.refit(self.problem, held, FULL).ok_or_else(|| self.diverges())?;
+        let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
+        let chosen = if learn_remainder { self.with_remainder(&chosen) } else { chosen };
+        Ok(Found { nominal, calibrated, chosen, floor, promise, named: path.named })
+    }
+
+    fn diverges(&self) -> DiagnoseError {
+        DiagnoseError::Diverges { model: self.problem.model.name.clone() }
+    }
+
+    /// The model's parameters alone, in the longest windows that it follows; and the mean square
+    /// residual over the shortest.
+    fn calibrated(&self) -> Result<(Fit, f64), DiagnoseError> {
+        let h = Hypothesis::of(self.problem.model);
+        let begun = Fit::begin(self.problem, h, self.level).ok_or_else(|| self.diverges())?;
+        let floor = begun.inflation();
+        let fit = chain::polish(self.problem, chain::lengthen(self.problem, begun));
+        self.tell("calibrated", &fit);
+        Ok((fit, floor))
+    }
+
+    /// A hypothesis in the windows of a fit, from whichever of its states or another fit's
+    /// path leads to the better optimum.
+    fn like(&self, fit: &Fit, own: &Fit, h: Hypothesis) -> Option<Fit> {
+        let from_chosen = fit.refit(self.problem, h.clone(), FULL);
+        let level = fit.windowed.level;
+        let from_own = if own.windowed.level == level {
+            own.refit(self.problem, h, FULL)
+        } else {
+            own.at_level(self.problem, level, FULL)
+        };
+        match (from_chosen, from_own) {
+            (Some(a), Some(b)) => Some(if a.chi2 <= b.chi2 { a } else { b }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// Tell how a fit went.
+    fn tell(&self, what: &str, fit: &Fit) {
+        (self.progress)(&format!(
+            "{what}: {} windows a recording, residual {:.2} of the noise{}",
+            1u32 << fit.windowed.level,
+            fit.reduced().sqrt(),
+            names(fit)
+        ));
+    }
+
+    /// A hypothesis with one more effect.
+    fn with(&self, h: &Hypothesis, effect: ModelEffect) -> Hypothesis {
+        let scales = self.problem.scales_of(&effect);
+        h.clone().with(effect, &scales)
+    }
+}
+
+/// The likelihood about the model as it is, in the longest windows that it follows: what the
+/// recordings can tell of its parameters.
+///
+/// # Errors
+/// A model that diverges on the recordings.
+pub fn about_nominal(problem: &Problem) -> Result<Fit, DiagnoseError> {
+    let diverges = || DiagnoseError::Diverges { model: problem.model.name.clone() };
+    let h = Hypothesis::of(problem.model);
+    let held = Fit::begin(problem, h.clone().held(), first_level(problem.dataset));
+    let held = chain::lengthen(problem, held.ok_or_else(diverges)?);
+    held.refit(problem, h, Effort { steps: 0, least: 0.0 }).ok_or_else(diverges)
+}
+
+/// The effects of a fit, for a line of progress.
+fn names(fit: &Fit) -> String {
+    fit.hypothesis.supposed().iter().map(|e| format!(", {}", e.effect.words)).collect()
+}
+
+/// The candidate that an effect is.
+#[must_use]
+pub fn candidate_of(e: &ModelEffect) -> Candidate {
+    Candidate { effect: e.effect, channel: e.channel, other: e.other }
+}
+
+/// The entry of the machine's state that an output measures.
+fn coordinate(output: &Output) -> Option<usize> {
+    match output.of {
+        Measured::State(i) => Some(i),
+        _ => None,
+    }
+}
+
+/// An effect with internal parameters of the screening.
+fn effect_of(c: &Candidate, amplitudes: &[f64], shape: &[f64]) -> ModelEffect {
+    let parameters = match c.effect.law {
+        Law::Force(law) => {
+            let internal: Vec<f64> = amplitudes.iter().chain(shape).copied().collect();
+            law.physical(&internal)
+        }
+        Law::Input(_) => shape.to_vec(),
+        Law::Sensor(law) => law.ideal().iter().zip(amplitudes).map(|(i, a)| i + a).collect(),
+    };
+    let std = vec![None; parameters.len()];
+    ModelEffect { effect: c.effect, channel: c.channel, other: c.other, parameters, std }
+}

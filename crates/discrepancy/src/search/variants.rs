@@ -1,0 +1,96 @@
+//! Other ways to name what an effect does, begun from its fit: what a screening along a
+//! trajectory cannot tell apart, and laws that hold one another as special cases.
+
+use super::forward::Tried;
+use super::{Search, chain};
+use crate::candidates::Candidate;
+use crate::likelihood::{Effort, Fit};
+use lacuna_effects::find;
+use lacuna_plants::model::ModelEffect;
+use rayon::prelude::*;
+
+impl Search<'_> {
+    /// Add to the fitted candidates the other laws of dry friction where one is among the best.
+    pub(super) fn add_variants(&self, tried: &mut Vec<Tried>) {
+        self.rank(tried);
+        let best = tried.iter().take(2).find(|t| t.candidate.is_dry_friction());
+        let more = best.map_or(vec![], |best| {
+            let last = best.fit.hypothesis.supposed().len() - 1;
+            self.variants(&best.fit, last)
+        });
+        for new in more {
+            match tried.iter_mut().find(|t| t.candidate == new.candidate) {
+                Some(old) if old.fit.log_evidence() < new.fit.log_evidence() => *old = new,
+                Some(_) => {}
+                None => tried.push(new),
+            }
+        }
+    }
+
+    /// The best of the other laws in the place of effect `k`.
+    pub(super) fn best_variant(&self, fit: &Fit, k: usize) -> Option<Tried> {
+        let own = super::candidate_of(fit.hypothesis.supposed().get(k)?);
+        let mut tried = self.variants(fit, k);
+        tried.retain(|t| t.candidate != own);
+        self.rank(&mut tried);
+        tried.into_iter().next()
+    }
+
+    /// Effect `k` of a fit written with the other laws of its kind, each at its best.
+    fn variants(&self, fit: &Fit, k: usize) -> Vec<Tried> {
+        let Some(fitted) = fit.hypothesis.supposed().get(k) else { return vec![] };
+        let plain = fit.hypothesis.clone().without(k);
+        let glance = Effort { steps: 3, least: 0.3 };
+        let glanced: Vec<Option<Tried>> = other_friction(fitted, self)
+            .into_par_iter()
+            .map(|effect| {
+                let candidate = super::candidate_of(&effect);
+                let fit = fit.refit(self.problem, self.with(&plain, effect), glance)?;
+                Some(Tried { candidate, fit })
+            })
+            .collect();
+        let mut glanced: Vec<Tried> = glanced.into_iter().flatten().collect();
+        self.rank(&mut glanced);
+        let mut best: Vec<Tried> = vec![];
+        for t in glanced {
+            if best.iter().all(|b| b.candidate != t.candidate) {
+                best.push(t);
+            }
+        }
+        let polish = |t: Tried| Tried { fit: chain::polish(self.problem, t.fit), ..t };
+        best.into_par_iter().map(polish).collect()
+    }
+}
+
+/// A dry friction written with the other laws of dry friction, as far as their parameters
+/// correspond. The Stribeck peak may be anywhere between creeping and full speed.
+fn other_friction(fitted: &ModelEffect, search: &Search) -> Vec<ModelEffect> {
+    let p = &fitted.parameters;
+    let (magnitude, offset, smoothing) = match fitted.effect.class {
+        "coulomb_friction" => (p[0], 0.0, p[1]),
+        "asymmetric_friction" => (0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0]), p[2]),
+        "stribeck_friction" => (p[0], 0.0, p[3]),
+        _ => return vec![],
+    };
+    let here = |class: &str| -> Option<Candidate> {
+        let own = super::candidate_of(fitted);
+        let c = Candidate { effect: find(class)?, ..own };
+        search.candidates.contains(&c).then_some(c)
+    };
+    let on = |class: &str, parameters: Vec<f64>| {
+        let c = here(class)?;
+        let std = vec![None; parameters.len()];
+        Some(ModelEffect { effect: c.effect, parameters, std, ..fitted.clone() })
+    };
+    let speed = search.problem.scales_of(fitted).v;
+    let mut out = vec![
+        on("coulomb_friction", vec![magnitude, smoothing]),
+        on("asymmetric_friction", vec![magnitude - offset, magnitude + offset, smoothing]),
+    ];
+    out.retain(|e| e.as_ref().is_some_and(|e| e.effect.class != fitted.effect.class));
+    for share in [0.15, 0.4, 1.2] {
+        let parameters = vec![0.8 * magnitude, 1.3 * magnitude, share * speed, smoothing];
+        out.push(on("stribeck_friction", parameters));
+    }
+    out.into_iter().flatten().collect()
+}

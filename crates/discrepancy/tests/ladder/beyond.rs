@@ -1,0 +1,138 @@
+//! Beyond single force laws: sensors, learned curves, hidden states, held-out recordings that
+//! speak against an effect, experiments that tell rivals apart.
+
+use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, diagnosed};
+use lacuna_discrepancy::Dataset;
+use lacuna_discrepancy::diagnose::{Options, diagnose, split};
+use lacuna_discrepancy::diagnosis::Verdict;
+use lacuna_discrepancy::likelihood::{Hypothesis, Problem};
+use lacuna_discrepancy::search::validate::refuted;
+use lacuna_recordings::Recording;
+
+const CUBIC: &str = "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = 0.25";
+
+/// A force in a part of the range that no formula of the catalogue has: a bump at 0.35 rad.
+fn bump() -> String {
+    let at = |k: u32| -1.0 + 2.0 * f64::from(k) / 23.0;
+    let force = |k: u32| -0.12 * (-((at(k) - 0.35) / 0.12).powi(2)).exp();
+    let values: Vec<String> = (0..24).map(|k| format!("{:.6}", force(k))).collect();
+    format!(
+        "[[effect]]\nclass = \"unknown_function\"\nchannel = \"q\"\nover = \"q\"\nfrom = -1.0\n\
+         to = 1.0\nforce = {{ values = [{}] }}",
+        values.join(", ")
+    )
+}
+
+#[test]
+fn a_local_force_is_an_unknown_function_of_the_right_variable_in_the_right_place() {
+    let bench = Bench { amplitude: (0.03, 0.08), ..ON_PENDULUM };
+    let d = diagnosed(&bench.model(), &bench.record(&bench.truth(&bump()), 91, 4)).diagnosis;
+    assert_eq!(d.verdict, Verdict::MissingPhysics);
+    let [f] = &d.findings[..] else { panic!("{:?}", d.findings) };
+    assert_eq!((f.class.as_str(), f.channel.as_str()), ("unknown_function", "q"), "{}", f.says);
+    assert_eq!(f.depends_on, ["q"]);
+    let [from, to] = f.region["q"];
+    assert!(from > 0.0 && from < 0.35 && to > 0.35 && to < 0.75, "{from} to {to}");
+    assert!(f.says.contains("acts only where q is between"), "{}", f.says);
+    let location = &d.location.channels["q"];
+    assert!(location.significance > 100.0 && location.region.contains_key("q"), "{location:?}");
+}
+
+#[test]
+fn a_sensor_of_wrong_scale_is_a_sensor_fault() {
+    // With weight and inertia known a scale cannot hide in them.
+    let text = ON_PENDULUM.text.replace(", tolerance = 0.1", "");
+    let bench = Bench { text: Box::leak(text.into_boxed_str()), ..ON_PENDULUM };
+    let mut recordings = bench.record(&bench.model(), 92, 4);
+    for r in &mut recordings {
+        let q = r.columns.iter_mut().find(|c| c.name == "q").expect("q is recorded");
+        q.values.iter_mut().for_each(|v| *v *= 1.06);
+    }
+    let d = diagnosed(&bench.model(), &recordings).diagnosis;
+    assert_eq!(d.verdict, Verdict::SensorFault, "{:?}", d.findings);
+    assert_eq!(d.findings[0].class, "sensor_scale");
+    let scale = &d.findings[0].parameters["scale"];
+    assert!((scale.value - 1.06).abs() < 4.0 * scale.std + 1e-3, "{scale:?}");
+}
+
+/// Only the lower of two tanks is measured: the upper one is inferred.
+#[test]
+fn a_first_order_state_may_be_hidden() {
+    let bench = ON_TANKS;
+    let hide = |mut all: Vec<Recording>| {
+        all.iter_mut().for_each(|r| r.columns.retain(|c| c.name != "h1"));
+        all
+    };
+    let model = bench.model();
+    let d = diagnosed(&model, &hide(bench.record(&model, 93, 4))).diagnosis;
+    assert_eq!(d.verdict, Verdict::NoMismatch, "{:?}", d.findings);
+    let leak = "[[effect]]\nclass = \"linear_loss\"\nchannel = \"h2\"\nrate = 0.02";
+    let d = diagnosed(&model, &hide(bench.record(&bench.truth(leak), 94, 4))).diagnosis;
+    assert_eq!(d.verdict, Verdict::MissingPhysics);
+    assert_eq!(d.findings[0].channel, "h2", "{:?}", d.findings);
+}
+
+#[test]
+fn recordings_that_alone_show_a_range_are_not_kept_for_proof() {
+    let bench = Bench { samples: 300, ..ON_PENDULUM };
+    let mut recordings = bench.record(&bench.model(), 95, 4);
+    // The last recording swings widest.
+    let q = recordings[3].columns.iter_mut().find(|c| c.name == "q").expect("q is recorded");
+    q.values.iter_mut().for_each(|v| *v *= 3.0);
+    let dataset = Dataset::new(&bench.model(), &recordings).expect("a dataset");
+    let (training, held_out) = split(&dataset);
+    assert_eq!((training.recordings.len(), held_out.recordings.len()), (3, 1));
+    assert!(training.recordings.iter().any(|r| r.name == "run3"));
+}
+
+#[test]
+fn held_out_recordings_refute_what_is_not_there() {
+    let bench = ON_PENDULUM;
+    let model = bench.model();
+    let plain = Hypothesis::of(&model);
+    let effect = bench.truth(CUBIC).effects[0].clone();
+    for (truth, there) in [(bench.truth(CUBIC), true), (bench.model(), false)] {
+        let dataset = Dataset::new(&model, &bench.record(&truth, 96, 1)).expect("a dataset");
+        let problem = Problem::new(&model, &dataset).expect("a problem");
+        let with = plain.clone().with(effect.clone(), &problem.scales_of(&effect));
+        assert_eq!(refuted(&problem, &plain, &with), !there, "there: {there}");
+    }
+}
+
+/// A remainder is learned only where something is left, and never instead of a name.
+#[test]
+fn the_remainder_stands_beside_the_name() {
+    let bench = ON_PENDULUM;
+    let model = bench.model();
+    let learn = |effects: &str, seed: u64| {
+        let recordings = bench.record(&bench.truth(effects), seed, 4);
+        let dataset = Dataset::new(&model, &recordings).expect("a dataset");
+        let (training, held_out) = split(&dataset);
+        let options = Options { learn_remainder: true };
+        diagnose(&model, &training, &held_out, options, &|_| {}).expect("a diagnosis")
+    };
+    let named = learn(CUBIC, 97);
+    let classes = |o: &lacuna_discrepancy::diagnose::Outcome| -> Vec<&str> {
+        o.augmentation.effects.iter().map(|e| e.effect.class).collect()
+    };
+    assert_eq!(classes(&named), ["cubic_stiffness"]);
+    assert_eq!(named.diagnosis.findings[0].class, "cubic_stiffness");
+}
+
+/// At small angles weight and a spring are one, and both are said.
+#[test]
+fn what_the_data_cannot_tell_is_said() {
+    let bench = Bench { amplitude: (0.001, 0.003), start: 0.002, ..ON_PENDULUM };
+    let spring = "[[effect]]\nclass = \"linear_stiffness\"\nchannel = \"q\"\nstiffness = 0.12";
+    let text = bench.text.replace(", tolerance = 0.1", "");
+    let bench = Bench { text: Box::leak(text.into_boxed_str()), ..bench };
+    let d = diagnosed(&bench.model(), &bench.record(&bench.truth(spring), 98, 4)).diagnosis;
+    let f = &d.findings[0];
+    let rival = |class: &str| f.alternatives.iter().any(|a| a.class == class);
+    let both = ["linear_stiffness", "gravity_torque"];
+    assert!(both.contains(&f.class.as_str()), "{}", f.class);
+    assert!(both.iter().any(|c| rival(c)), "{:?}", f.alternatives);
+    assert!(f.probability < 0.95, "{}", f.probability);
+    // Within the range so far nothing tells them apart: no experiment is made up.
+    assert!(f.experiment.as_ref().is_none_or(|e| e.difference_over_noise > 1.0));
+}

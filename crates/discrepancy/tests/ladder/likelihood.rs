@@ -1,0 +1,130 @@
+//! Multiple shooting: parameters come back, and their standard deviations are honest.
+
+use crate::machines::{Bench, ON_PENDULUM, ON_TANKS};
+use lacuna_discrepancy::Dataset;
+use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, Hypothesis, Problem};
+use lacuna_discrepancy::search::chain::lengthen;
+use lacuna_plants::model::ModelEffect;
+
+/// Errors of all parameters in units of their standard deviations, over several seeds.
+fn standardised_errors(bench: Bench, seeds: std::ops::Range<u64>) -> Vec<f64> {
+    let bench = Bench { samples: bench.samples / 2, ..bench };
+    let model = bench.model();
+    let mut truth = model.clone();
+    for (p, share) in truth.parameters.iter_mut().zip([1.06, 0.93, 1.04]) {
+        p.value += (share - 1.0) * 10.0 * p.std();
+    }
+    seeds
+        .flat_map(|seed| {
+            let dataset = Dataset::new(&model, &bench.record(&truth, seed, 2)).expect("a dataset");
+            let problem = Problem::new(&model, &dataset).expect("a problem");
+            let begun = Fit::begin(&problem, Hypothesis::of(&model), 3).expect("a fit");
+            let fit = lengthen(&problem, begun);
+            // Windows grow to the whole recording.
+            assert_eq!(fit.windowed.level, 0, "{} seed {seed}", model.name);
+            let reduced = fit.reduced();
+            assert!((0.9..1.1).contains(&reduced), "{} seed {seed}: {reduced}", model.name);
+            let (truth, std) = (truth.values(), fit.parameter_std(1.0));
+            let free = (0..truth.len()).filter(|&k| model.parameters[k].std() > 0.0);
+            free.map(|k| (fit.hypothesis.parameters[k] - truth[k]) / std[k]).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+#[test]
+fn parameters_are_recovered_with_standard_deviations_that_cover() {
+    for (bench, seeds) in [(ON_PENDULUM, 60..68), (ON_TANKS, 70..78)] {
+        let z = standardised_errors(bench, seeds);
+        assert!(z.len() >= 16);
+        assert!(z.iter().all(|z| z.abs() < 4.0), "{z:?}");
+        let rms = (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
+        // Deviations that cover have rms 1; sixteen or more of them scatter about it.
+        assert!((0.4..1.6).contains(&rms), "rms {rms}: {z:?}");
+    }
+}
+
+#[test]
+fn an_effect_is_fitted_from_a_rough_start() {
+    let bench = ON_PENDULUM;
+    let effect = "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = 0.25";
+    let truth = bench.truth(effect);
+    let model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&truth, 80, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let start = ModelEffect { parameters: vec![0.1], ..truth.effects[0].clone() };
+    let scales = problem.scales_of(&start);
+    let begun =
+        Fit::begin(&problem, Hypothesis::of(&model).with(start, &scales), 4).expect("a fit");
+    let fit = lengthen(&problem, begun);
+    let found = &fit.effects(1.0)[0];
+    let std = found.std[0].expect("a fitted parameter has a standard deviation");
+    assert!((found.parameters[0] - 0.25).abs() < 4.0 * std, "{} +- {std}", found.parameters[0]);
+    assert!(std > 0.0 && std < 0.05, "{std}");
+    assert!((0.9..1.1).contains(&fit.reduced()), "{}", fit.reduced());
+    assert!(fit.colour(&problem) < 3.0, "{}", fit.colour(&problem));
+}
+
+#[test]
+fn held_parameters_stay_where_they_are() {
+    let bench = Bench { samples: 400, ..ON_PENDULUM };
+    let mut model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&model, 81, 1)).expect("a dataset");
+    for p in &mut model.parameters {
+        p.value *= 1.05;
+    }
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let fit = Fit::begin(&problem, Hypothesis::of(&model).held(), 3).expect("a fit");
+    assert_eq!(fit.hypothesis.parameters, model.values());
+    assert_eq!(fit.parameter_std(1.0), [0.0; 3]);
+}
+
+/// Memory of an effect runs on from window to window: the windows' borders leave no trace.
+#[test]
+fn memory_does_not_know_of_windows() {
+    let bench = ON_PENDULUM;
+    let effect = "[[effect]]\nclass = \"viscoelastic\"\nchannel = \"q\"\nstiffness = 0.4\ntime_constant = 0.8";
+    let truth = bench.truth(effect);
+    let model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&truth, 82, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let scales = problem.scales_of(&truth.effects[0]);
+    let h = Hypothesis::of(&model).with(truth.effects[0].clone(), &scales);
+    for level in [4, 0] {
+        let fit = Fit::begin(&problem, h.clone(), level).expect("a fit");
+        let fit = fit.refit(&problem, fit.hypothesis.clone(), FULL).expect("a fit");
+        assert!((0.9..1.1).contains(&fit.reduced()), "level {level}: {}", fit.reduced());
+        let std = fit.effects(1.0)[0].std[1].expect("a standard deviation");
+        let tau = fit.hypothesis.supposed()[0].parameters[1];
+        assert!((tau - 0.8).abs() < 4.0 * std, "level {level}: {tau} +- {std}");
+    }
+}
+
+/// More evidence for the effect that is there than for one that is not, and for neither where
+/// nothing is missing.
+#[test]
+fn evidence_prefers_what_is_there() {
+    let bench = ON_PENDULUM;
+    let model = bench.model();
+    let cubic = "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = 0.25";
+    let drag = "[[effect]]\nclass = \"quadratic_drag\"\nchannel = \"q\"\ncoefficient = 0.004";
+    for (truth, right) in [(bench.truth(cubic), Some(0)), (bench.model(), None)] {
+        let dataset = Dataset::new(&model, &bench.record(&truth, 83, 2)).expect("a dataset");
+        let problem = Problem::new(&model, &dataset).expect("a problem");
+        let plain = Fit::begin(&problem, Hypothesis::of(&model), 3).expect("a fit");
+        let effort = Effort { steps: 20, least: 0.01 };
+        let gains: Vec<f64> = [cubic, drag]
+            .into_iter()
+            .map(|e| {
+                let effect = bench.truth(e).effects[0].clone();
+                let scales = problem.scales_of(&effect);
+                let h = plain.hypothesis.clone().with(effect, &scales);
+                let fit = plain.refit(&problem, h, effort).expect("a fit");
+                fit.log_evidence() - plain.log_evidence()
+            })
+            .collect();
+        match right {
+            Some(k) => assert!(gains[k] > 20.0 && gains[k] > gains[1 - k] + 20.0, "{gains:?}"),
+            None => assert!(gains.iter().all(|g| *g < 5.0), "{gains:?}"),
+        }
+    }
+}

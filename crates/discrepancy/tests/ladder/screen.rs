@@ -1,0 +1,79 @@
+//! The linearised likelihood against simulations: what a small effect changes is what the
+//! screening says it changes.
+
+use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS};
+use lacuna_discrepancy::Dataset;
+use lacuna_discrepancy::candidates::{Candidate, Term};
+use lacuna_discrepancy::likelihood::{FULL, Fit, Hypothesis, Problem};
+use lacuna_discrepancy::screen::{Over, Screen};
+
+/// Amplitude that the screening reads off a small concealed effect, with its deviation.
+fn screened(bench: Bench, seed: u64, effect: &str, shape: &[f64]) -> (f64, f64, f64) {
+    let truth = bench.truth(effect);
+    let model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&truth, seed, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let plain = Fit::begin(&problem, Hypothesis::of(&model), 2).expect("a fit");
+    let plain = plain.refit(&problem, plain.hypothesis.clone(), FULL).expect("a fit");
+    let screen = Screen::new(&problem, &plain).expect("a finite trajectory");
+    let e = &truth.effects[0];
+    let candidate = Candidate { effect: e.effect, channel: e.channel, other: e.other };
+    let scored = screen.gain(Term { candidate, shape: shape.to_vec() }).expect("a finite gain");
+    (scored.amplitudes[0], scored.std[0], scored.gain)
+}
+
+#[test]
+fn small_forces_are_read_off_on_every_kind_of_channel() {
+    let constant = |channel: &str, force: f64| {
+        format!("[[effect]]\nclass = \"constant_force\"\nchannel = \"{channel}\"\nforce = {force}")
+    };
+    let cases =
+        [(ON_PENDULUM, 31, "q", 0.02), (ON_TWO_MASS, 32, "x2", 0.3), (ON_TANKS, 33, "h1", 0.002)];
+    for (bench, seed, channel, force) in cases {
+        let (found, std, gain) = screened(bench, seed, &constant(channel, force), &[]);
+        let close = (found - force).abs() < 4.0 * std + 0.1 * force;
+        assert!(close, "{channel}: {found} +- {std}, truth {force}");
+        assert!(gain > 10.0, "{channel}: {gain} nats");
+    }
+}
+
+#[test]
+fn a_small_late_command_is_read_off() {
+    let bench = ON_PENDULUM;
+    let effect = "[[effect]]\nclass = \"input_delay\"\nchannel = \"tau\"\ndelay = 0.01";
+    let (share, std, gain) = screened(bench, 34, effect, &[0.01]);
+    // All of a delay of this length acts.
+    assert!((share - 1.0).abs() < 4.0 * std + 0.1, "{share} +- {std}");
+    assert!(gain > 10.0, "{gain} nats");
+}
+
+#[test]
+fn nothing_gains_where_nothing_is_missing() {
+    let bench = ON_PENDULUM;
+    let model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&model, 35, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let plain = Fit::begin(&problem, Hypothesis::of(&model), 2).expect("a fit");
+    let screen = Screen::new(&problem, &plain).expect("a finite trajectory");
+    for curve in screen.curves() {
+        assert!(curve.gain < 5.0, "{}", curve.gain);
+    }
+}
+
+/// The learned curve is the concealed force, within its band.
+#[test]
+fn a_curve_over_the_coordinate_is_learned() {
+    let bench = ON_PENDULUM;
+    let truth =
+        bench.truth("[[effect]]\nclass = \"constant_force\"\nchannel = \"q\"\nforce = 0.03");
+    let model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&truth, 36, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let plain = Fit::begin(&problem, Hypothesis::of(&model).held(), 3).expect("a fit");
+    let screen = Screen::new(&problem, &plain).expect("a finite trajectory");
+    let learned = screen.learn(0, Over::Coordinate).expect("a curve");
+    let middle = learned.at.len() / 2;
+    let (force, std) = (learned.force[middle], learned.std[middle]);
+    assert!((force - 0.03).abs() < 4.0 * std + 0.003, "{force} +- {std}");
+    assert!(learned.gain > 10.0, "{}", learned.gain);
+}
