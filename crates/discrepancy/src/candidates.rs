@@ -34,17 +34,19 @@ pub struct Term {
 /// told by the entry of the machine's state that they measure. Effects that the model has
 /// already are left out.
 #[must_use]
-pub fn candidates(model: &Model, channels: &[usize], sensors: &[usize]) -> Vec<Candidate> {
+pub fn candidates(model: &Model, sensors: &[usize]) -> Vec<Candidate> {
     let mut out = Vec::new();
     for &effect in CATALOGUE {
         match effect.law {
             Law::Force(_) => {
-                for &channel in channels.iter().filter(|&&c| acts_on(effect, model, c)) {
-                    out.extend(partners(effect, channel, channels).map(|other| Candidate {
-                        effect,
-                        channel,
-                        other,
-                    }));
+                for channel in (0..model.channels()).filter(|&c| acts_on(effect, model, c)) {
+                    out.extend(
+                        partners(effect, channel, model.channels()).map(|other| Candidate {
+                            effect,
+                            channel,
+                            other,
+                        }),
+                    );
                 }
             }
             Law::Input(_) => out.extend((0..model.inputs.len()).map(|channel| Candidate {
@@ -80,14 +82,14 @@ fn acts_on(effect: &Effect, model: &Model, channel: usize) -> bool {
 fn partners(
     effect: &'static Effect,
     channel: usize,
-    channels: &[usize],
+    channels: usize,
 ) -> impl Iterator<Item = Option<usize>> {
     let couples = effect.depends_on.contains(&Variable::OtherCoordinate)
         || effect.depends_on.contains(&Variable::OtherVelocity);
     let symmetric = matches!(effect.law, Law::Force(law) if law.reacts());
     let others: Vec<_> = if couples {
-        let fits = |o: &&usize| **o != channel && (!symmetric || **o > channel);
-        channels.iter().filter(fits).map(|&o| Some(o)).collect()
+        let fits = |o: &usize| *o != channel && (!symmetric || *o > channel);
+        (0..channels).filter(fits).map(Some).collect()
     } else {
         vec![None]
     };

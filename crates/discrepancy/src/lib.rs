@@ -33,6 +33,7 @@ pub mod diagnosis;
 mod error;
 pub mod likelihood;
 pub mod prediction;
+mod range;
 pub mod screen;
 pub mod search;
 pub mod trajectories;

@@ -19,8 +19,6 @@ pub struct SmoothedRecording {
     pub rates: Vec<f64>,
     /// Second derivatives of the coordinates, row-major `times.len() x coordinates`.
     pub accelerations: Vec<f64>,
-    /// Measured minus smoothed, one series a force channel; zero where nothing was measured.
-    pub innovations: Vec<Vec<f64>>,
     coordinates: usize,
     width: usize,
 }
@@ -51,7 +49,6 @@ impl SmoothedRecording {
             states: vec![0.0; samples * width],
             accelerations: vec![0.0; samples * n],
             rates: vec![0.0; samples * (width - 2 * n)],
-            innovations: vec![vec![0.0; samples]; model.channels()],
             coordinates: n,
             width,
         };
@@ -73,7 +70,7 @@ impl SmoothedRecording {
                     source,
                 })?;
             let path = smoothed.at(&observed.times);
-            for (k, &measured) in values.iter().enumerate() {
+            for k in 0..samples {
                 this.states[k * width + state] = path.value[k];
                 if model.is_coordinate(channel) {
                     this.states[k * width + state + n] = path.first[k];
@@ -81,9 +78,6 @@ impl SmoothedRecording {
                 } else {
                     this.rates[k * (width - 2 * n) + state - 2 * n] = path.first[k];
                 }
-                let innovation = measured - path.value[k];
-                this.innovations[channel][k] =
-                    if innovation.is_finite() { innovation } else { 0.0 };
             }
         }
         Ok(this)

@@ -15,18 +15,28 @@ use std::collections::BTreeMap;
 const NONE_OF_THESE: f64 = 0.02;
 /// Probability below which an experiment is suggested.
 const UNDECIDED: f64 = 0.95;
-/// The class of what no formula describes.
-const UNKNOWN: &str = "unknown_function";
+
+/// What findings are drawn beside: the chosen model's motion, and the residuals along it.
+struct Beside<'s> {
+    screen: Option<Screen<'s>>,
+    motion: Vec<SmoothedRecording>,
+}
 
 impl Ladder<'_> {
     pub(super) fn findings(&self) -> Vec<Finding> {
+        // What the recordings show beside the laws, all else as it was fitted: a curve that could
+        // trade with it would show its doubt, not the force's.
+        let mut held = self.found.chosen.clone();
+        held.hypothesis = held.hypothesis.held();
+        let beside = Beside { screen: Screen::new(self.problem, &held), motion: self.motion() };
         let named = self.effects.iter().zip(&self.found.named);
-        let mut findings: Vec<Finding> = named.map(|(e, named)| self.finding(e, named)).collect();
+        let mut findings: Vec<Finding> =
+            named.map(|(e, named)| self.finding(e, named, &beside)).collect();
         findings.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         findings
     }
 
-    fn finding(&self, e: &ModelEffect, named: &Named) -> Finding {
+    fn finding(&self, e: &ModelEffect, named: &Named, beside: &Beside) -> Finding {
         let new = self.new_effect(e);
         let parameters: BTreeMap<String, Estimate> = e
             .effect
@@ -37,22 +47,22 @@ impl Ladder<'_> {
             .map(|(p, (value, std, unit))| {
                 // What the data do not determine is uncertain by all of its value; the ends of a
                 // learned curve are chosen, not determined.
-                let std = std.unwrap_or(if e.effect.class == UNKNOWN { 0.0 } else { value.abs() });
+                let std = std.unwrap_or(if e.over().is_some() { 0.0 } else { value.abs() });
                 (p.name.to_owned(), Estimate { value: *value, std, unit: unit.clone() })
             })
             .collect();
         let (probability, alternatives) = self.odds(&named.rivals);
-        let curve = self.curve(e);
+        let curve = self.curve(e, beside.screen.as_ref());
         let mut says = words::says(e, &new, self.problem.model);
-        if let (Some(curve), true) = (&curve, e.effect.class == UNKNOWN) {
-            let over_velocity = e.effect.variables(&e.parameters).contains(&Variable::Velocity);
+        if let (Some(curve), Some(over)) = (&curve, e.over()) {
+            let over_velocity = over == Variable::Velocity;
             says = format!("{says} Its shape: {}.", words::shape::shape(curve, over_velocity));
         }
         let step = parameters.get("time").filter(|_| e.effect.class == "step_change");
         Finding {
             class: e.effect.class.to_owned(),
             depends_on: self.variables(e),
-            region: self.region(e, curve.as_ref()),
+            region: self.region(e, curve.as_ref(), &beside.motion),
             time: step.map(|t| t.value),
             probability,
             alternatives,
@@ -138,16 +148,21 @@ impl Ladder<'_> {
     /// Range of each variable over the samples at which the effect's force is at least a
     /// twentieth of its largest; of a law that is nothing beyond an edge, all that lies inside.
     /// A learned curve acts where it stands out of its band.
-    fn region(&self, e: &ModelEffect, curve: Option<&Curve>) -> BTreeMap<String, [f64; 2]> {
+    fn region(
+        &self,
+        e: &ModelEffect,
+        curve: Option<&Curve>,
+        motion: &[SmoothedRecording],
+    ) -> BTreeMap<String, [f64; 2]> {
         let Law::Force(law) = e.effect.law else { return BTreeMap::new() };
-        if let (UNKNOWN, Some(c)) = (e.effect.class, curve) {
+        if let (Some(_), Some(c)) = (e.over(), curve) {
             let range = location::acts(&c.at, &c.learned, &c.std);
             return range.map(|(a, b)| (c.variable.clone(), [a, b])).into_iter().collect();
         }
         let internal = law.internal(&e.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
         let mut samples: Vec<(f64, Local)> = Vec::new();
-        for s in &self.motion() {
+        for s in motion {
             let basis = s.basis(law, shape, e.channel, e.other);
             for k in 0..s.len() {
                 let force: f64 = amplitudes.iter().zip(&basis).map(|(a, b)| a * b[k]).sum();
@@ -195,7 +210,7 @@ impl Ladder<'_> {
 
     /// The learned force and the law over the variable that it depends on, for laws of one
     /// variable and no memory.
-    fn curve(&self, e: &ModelEffect) -> Option<Curve> {
+    fn curve(&self, e: &ModelEffect, screen: Option<&Screen>) -> Option<Curve> {
         let Law::Force(law) = e.effect.law else { return None };
         let over = match e.effect.variables(&e.parameters) {
             [Variable::Velocity] => Over::Velocity,
@@ -206,11 +221,7 @@ impl Ladder<'_> {
         if law.memory() > 0 {
             return None;
         }
-        // What the recordings show beside the law, all else as it was fitted: a curve that could
-        // trade with it would show its doubt, not the force's.
-        let mut fit = self.found.chosen.clone();
-        fit.hypothesis = fit.hypothesis.held();
-        let remainder = Screen::new(self.problem, &fit)?.learn(e.channel, over)?;
+        let remainder = screen?.learn(e.channel, over)?;
         let internal = law.internal(&e.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
         let mut basis = vec![0.0; law.amplitudes()];

@@ -72,9 +72,10 @@ impl<'a> Ladder<'a> {
 
     fn verdict(&self) -> Verdict {
         let found = &self.found;
-        if !self.effects.is_empty() {
-            let sensor = |e: &ModelEffect| e.effect.acts == Acts::Sensors;
-            return if self.effects.iter().all(sensor) {
+        // Curves of the remainder are no findings.
+        let named = &self.effects[..found.named.len()];
+        if !named.is_empty() {
+            return if named.iter().all(|e| e.effect.acts == Acts::Sensors) {
                 Verdict::SensorFault
             } else {
                 Verdict::MissingPhysics
@@ -117,10 +118,8 @@ impl<'a> Ladder<'a> {
     }
 
     fn augmentation(&self) -> Augmentation {
-        let values = &self.found.chosen.hypothesis.parameters;
-        let free = self.problem.model.parameters.iter().enumerate().filter(|(_, p)| p.std() > 0.0);
         let parameters =
-            free.map(|(k, p)| (p.name.clone(), values[k], self.parameter_std[k])).collect();
+            self.calibration().into_iter().map(|(name, c)| (name, c.value, c.std)).collect();
         let effects = self.effects.iter().map(|e| self.new_effect(e)).collect();
         Augmentation { parameters, effects }
     }

@@ -3,7 +3,7 @@
 use super::outcome::Ladder;
 use crate::diagnosis::Experiment;
 use crate::likelihood::Hypothesis;
-use lacuna_plants::model::{Observation, System, effective_inputs};
+use lacuna_plants::model::{System, effective_inputs};
 use rayon::prelude::*;
 
 /// Frequencies that are tried, and amplitudes as shares of the largest command so far.
@@ -52,17 +52,17 @@ impl Ladder<'_> {
         let data = self.problem.dataset;
         let (slow, fast) = (2.0 / super::duration(data), 0.1 / self.problem.sample);
         let m = self.problem.model.inputs.len();
-        let largest = |j: usize| {
-            let all = data.recordings.iter().flat_map(|o| o.commands.iter().skip(j).step_by(m));
-            all.fold(0.0f64, |a, u| a.max(u.abs()))
-        };
         let mut out = Vec::new();
         for input in 0..m {
             for share in AMPLITUDES {
                 for k in 0..FREQUENCIES {
                     let at = k as f64 / (FREQUENCIES - 1) as f64;
                     let frequency = slow * (fast / slow).powf(at);
-                    out.push(Sine { input, amplitude: share * largest(input), frequency });
+                    out.push(Sine {
+                        input,
+                        amplitude: share * self.problem.largest_command(input),
+                        frequency,
+                    });
                 }
             }
         }
@@ -93,15 +93,13 @@ impl Ladder<'_> {
         }
         let inputs = effective_inputs(&h.effects, m, &times, &commands);
         let system = System::with(model, &problem.equations, &h.parameters, &h.effects);
-        let measured: Vec<_> = problem.dataset.outputs.iter().map(|o| o.of).collect();
-        let observation = Observation::of(model, &measured);
+        let (observation, count) = (&problem.observation, problem.dataset.outputs.len());
         let bound = observation.bind(&h.parameters);
         let mut x = system.at_rest(problem.smoothed[0].state(0));
         let mut workspace = system.workspace();
-        let mut out = vec![Vec::with_capacity(SAMPLES); measured.len()];
-        let mut y = vec![0.0; measured.len()];
-        let limits: Vec<f64> =
-            (0..measured.len()).map(|k| REACH * largest(problem.dataset, k)).collect();
+        let mut out = vec![Vec::with_capacity(SAMPLES); count];
+        let mut y = vec![0.0; count];
+        let limits: Vec<f64> = (0..count).map(|k| REACH * largest(problem.dataset, k)).collect();
         for k in 0..SAMPLES - 1 {
             let u = &inputs[k * m..(k + 1) * m];
             observation.evaluate(&bound, times[k], &x, u, &mut y);

@@ -1,6 +1,7 @@
 //! Which recordings are fitted and which are kept for proof.
 
 use crate::dataset::{Dataset, Observed};
+use crate::range::inner_range;
 
 /// Split recordings into those that are fitted and those kept for proof: one in four, or the
 /// last quarter of a single one.
@@ -37,17 +38,7 @@ pub fn split(dataset: &Dataset) -> (Dataset, Dataset) {
 fn ranges(o: &Observed) -> Vec<(f64, f64)> {
     let m = o.commands.len() / o.len().max(1);
     let inputs = (0..m).map(|j| o.commands.iter().skip(j).step_by(m).copied().collect());
-    o.outputs.iter().cloned().chain(inputs).map(range).collect()
-}
-
-fn range(mut values: Vec<f64>) -> (f64, f64) {
-    values.retain(|v| v.is_finite());
-    values.sort_by(f64::total_cmp);
-    let cut = values.len() / 1000;
-    match (values.get(cut), values.iter().rev().nth(cut)) {
-        (Some(low), Some(high)) => (*low, *high),
-        _ => (0.0, 0.0),
-    }
+    o.outputs.iter().cloned().chain(inputs).map(|v| inner_range(v, 1000)).collect()
 }
 
 /// Share of the range of any channel that the others do not cover without recording `gone`.

@@ -4,7 +4,7 @@ use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_effects::Law;
 use lacuna_plants::expression::Bound;
-use lacuna_plants::model::{Measured, ModelEffect, Observation, System};
+use lacuna_plants::model::{Measured, ModelEffect, System};
 use lacuna_plants::{Hold, Number};
 
 /// A value beyond this is divergence, not motion.
@@ -16,7 +16,6 @@ pub(super) struct Chain<'p, T: Number> {
     pub(super) effects: &'p [ModelEffect],
     pub(super) observed: &'p Observed,
     pub(super) system: System<T>,
-    pub(super) observation: Observation,
     pub(super) bound: Bound<T>,
     pub(super) inputs: Vec<f64>,
     /// Derivatives of the effective inputs: lane and series.
@@ -44,7 +43,7 @@ impl<T: Number> Chain<'_, T> {
         for k in w.range.clone() {
             visit(state);
             self.input_at(k, &mut here);
-            self.observation.evaluate(&self.bound, times[k], state, &here, &mut y);
+            self.problem.observation.evaluate(&self.bound, times[k], state, &here, &mut y);
             for (series, value) in out.iter_mut().zip(&y) {
                 series.push(*value);
             }

@@ -1,14 +1,20 @@
 //! What all hypotheses share: the model, the recordings, the magnitudes of every channel.
 
 use crate::DiagnoseError;
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, Observed};
 use crate::prediction::Predictor;
+use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
 use lacuna_effects::{Acts, Effect, Law, Scales};
 use lacuna_plants::Model;
-use lacuna_plants::model::{Direction, Equations, ModelEffect, System};
+use lacuna_plants::model::{
+    Direction, Equations, ModelEffect, Observation, System, effective_inputs,
+};
 use lacuna_plants::{Dual, Number};
 use lacuna_recordings::Sampling;
+
+/// One value in so many is left out at either end of a channel's range.
+const ENDS: usize = 2000;
 
 /// A model and the recordings that it is compared with.
 pub struct Problem<'a> {
@@ -24,6 +30,10 @@ pub struct Problem<'a> {
     pub sample: f64,
     /// One over the noise of each output.
     pub weights: Vec<f64>,
+    /// What the recordings see of the state, compiled.
+    pub observation: Observation,
+    /// Noise of the coarsest output as a share of half its range.
+    pub coarsest: f64,
     /// Entries of the machine's state that nothing measures, not even as a derivative.
     hidden: Vec<usize>,
     /// Magnitudes of each force channel.
@@ -49,6 +59,8 @@ impl<'a> Problem<'a> {
         let unmeasured = unmeasured(model, dataset);
         let hidden = (0..model.machine_states())
             .filter(|i| unmeasured.contains(&if (n..2 * n).contains(i) { i - n } else { *i }));
+        let measured: Vec<_> = dataset.outputs.iter().map(|o| o.of).collect();
+        let share = |k: usize| dataset.noise_sd(k) / dataset.half_range(k);
         let mut this = Self {
             model,
             equations,
@@ -56,6 +68,8 @@ impl<'a> Problem<'a> {
             smoothed,
             sample,
             weights: (0..dataset.outputs.len()).map(|k| 1.0 / dataset.noise_sd(k)).collect(),
+            observation: Observation::of(model, &measured),
+            coarsest: (0..dataset.outputs.len()).map(share).fold(0.0, f64::max),
             hidden: hidden.collect(),
             channels: vec![],
             inputs: vec![],
@@ -95,6 +109,18 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn hidden(&self) -> &[usize] {
         &self.hidden
+    }
+
+    /// What the input effects among `effects` make of a recording's commands.
+    #[must_use]
+    pub fn effective_inputs(&self, effects: &[ModelEffect], observed: &Observed) -> Vec<f64> {
+        effective_inputs(effects, self.model.inputs.len(), &observed.times, &observed.commands)
+    }
+
+    /// Largest absolute command to an actuator.
+    #[must_use]
+    pub fn largest_command(&self, input: usize) -> f64 {
+        self.inputs[input].input.1
     }
 
     /// Runge-Kutta steps a sample that a model needs.
@@ -149,7 +175,7 @@ impl<'a> Problem<'a> {
             let v = series(&|s, k| s.local(c, None, k).v);
             let acceleration = deviation(&self.accelerations(c));
             Scales {
-                q: inner_range(&q),
+                q: inner_range(q, ENDS),
                 stroke: self.stroke(c),
                 v: deviation(&v),
                 acceleration,
@@ -220,7 +246,7 @@ impl<'a> Problem<'a> {
         for s in &self.smoothed {
             let q: Vec<f64> = (0..s.len()).map(|k| s.local(channel, None, k).q).collect();
             strokes.extend(q.chunks(q.len().div_ceil(8)).map(|part| {
-                let (low, high) = inner_range(part);
+                let (low, high) = inner_range(part.to_vec(), ENDS);
                 0.5 * (high - low)
             }));
         }
@@ -244,14 +270,6 @@ impl<'a> Problem<'a> {
             ..Scales::default()
         }
     }
-}
-
-/// Range without the outermost thousandth on either side.
-fn inner_range(values: &[f64]) -> (f64, f64) {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let cut = sorted.len() / 2000;
-    (sorted[cut], sorted[sorted.len() - 1 - cut])
 }
 
 /// Standard deviation.

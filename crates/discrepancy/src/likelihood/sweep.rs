@@ -2,9 +2,8 @@
 
 use super::chain::{Chain, parameter_step};
 use super::{Hypothesis, Problem, Window};
-use crate::dataset::Observed;
 use lacuna_effects::Law;
-use lacuna_plants::model::{Direction, ModelEffect, Observation, System};
+use lacuna_plants::model::{Direction, System};
 use lacuna_plants::{Dual, LANES, Number};
 use rayon::prelude::*;
 
@@ -52,18 +51,12 @@ pub fn residuals(
     substeps: usize,
     mut each: impl FnMut(Vec<f64>),
 ) -> bool {
-    let chain = plain(problem, hypothesis, windows[0].recording, substeps);
-    let machine = problem.model.machine_states();
-    let mut memory = starts.memory.clone();
-    for (w, x) in windows.iter().zip(&starts.machine) {
-        let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
-        let Some(out) = chain.window(w, &mut state, |_| ()) else { return false };
-        memory.copy_from_slice(&state[machine..]);
+    let residual = |w: &Window, out: Vec<Vec<f64>>| {
         let mut residual = Vec::new();
         scan(problem, w, &out, |measured, y, weight| residual.push((measured - y) * weight));
         each(residual);
-    }
-    true
+    };
+    run_through(problem, hypothesis, (windows, starts), substeps, |_| (), residual)
 }
 
 /// The whole state at each sample of a recording, windows run through; empty where it diverges.
@@ -75,53 +68,44 @@ pub fn trajectory(
     starts: &Starts,
     substeps: usize,
 ) -> Vec<f64> {
-    let chain = plain(problem, hypothesis, windows[0].recording, substeps);
-    let machine = problem.model.machine_states();
-    let (mut memory, mut out) = (starts.memory.clone(), Vec::new());
-    for (w, x) in windows.iter().zip(&starts.machine) {
-        let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
-        if chain.window(w, &mut state, |x| out.extend_from_slice(x)).is_none() {
-            return vec![];
-        }
-        memory.copy_from_slice(&state[machine..]);
-    }
-    out
+    let mut out = Vec::new();
+    let visit = |x: &[f64]| out.extend_from_slice(x);
+    let followed = run_through(problem, hypothesis, (windows, starts), substeps, visit, |_, _| ());
+    if followed { out } else { vec![] }
 }
 
-fn plain<'p>(
-    problem: &'p Problem<'p>,
-    h: &'p Hypothesis,
-    recording: usize,
+/// Run through the windows of a recording, memory running on from each to the next: `visit` the
+/// whole state at each sample, then hand on each window's outputs. `false` where the model
+/// diverges.
+fn run_through(
+    problem: &Problem,
+    h: &Hypothesis,
+    (windows, starts): (&[Window], &Starts),
     substeps: usize,
-) -> Chain<'p, f64> {
-    let observed = &problem.dataset.recordings[recording];
-    let observation = observation(problem);
-    Chain {
+    mut visit: impl FnMut(&[f64]),
+    mut each: impl FnMut(&Window, Vec<Vec<f64>>),
+) -> bool {
+    let observed = &problem.dataset.recordings[windows[0].recording];
+    let chain = Chain {
         problem,
         effects: &h.effects,
         observed,
         system: System::with(problem.model, &problem.equations, &h.parameters, &h.effects),
-        bound: observation.bind(&h.parameters),
-        observation,
-        inputs: effective(problem, &h.effects, observed),
+        bound: problem.observation.bind(&h.parameters),
+        inputs: problem.effective_inputs(&h.effects, observed),
         input_lanes: vec![],
         sensor_lanes: vec![],
         substeps,
+    };
+    let machine = problem.model.machine_states();
+    let mut memory = starts.memory.clone();
+    for (w, x) in windows.iter().zip(&starts.machine) {
+        let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
+        let Some(out) = chain.window(w, &mut state, &mut visit) else { return false };
+        memory.copy_from_slice(&state[machine..]);
+        each(w, out);
     }
-}
-
-fn observation(problem: &Problem) -> Observation {
-    let measured: Vec<_> = problem.dataset.outputs.iter().map(|o| o.of).collect();
-    Observation::of(problem.model, &measured)
-}
-
-fn effective(problem: &Problem, effects: &[ModelEffect], observed: &Observed) -> Vec<f64> {
-    lacuna_plants::model::effective_inputs(
-        effects,
-        problem.model.inputs.len(),
-        &observed.times,
-        &observed.commands,
-    )
+    true
 }
 
 /// Residuals of the windows of one recording with their derivatives by the machine's states,
@@ -182,14 +166,13 @@ impl Lanes<'_> {
         let observed = &problem.dataset.recordings[self.windows[0].recording];
         let directions: Vec<(Direction, usize)> =
             self.theta().filter_map(|(j, lane)| Some((h.direction(j)?, lane))).collect();
-        let observation = observation(problem);
         let mut numbers: Vec<Dual> = h.parameters.iter().map(|&p| Dual::constant(p)).collect();
         for &(d, lane) in &directions {
             if let Direction::Parameter(k) = d {
                 numbers[k] = Dual::direction(h.parameters[k], lane);
             }
         }
-        let inputs = effective(problem, &h.effects, observed);
+        let inputs = problem.effective_inputs(&h.effects, observed);
         let (mut input_lanes, mut sensor_lanes) = (vec![], vec![]);
         for (j, lane) in self.theta() {
             let super::What::Effect(e, p) = h.free[j].what else { continue };
@@ -211,8 +194,7 @@ impl Lanes<'_> {
                 &directions,
                 problem.sample,
             ),
-            bound: observation.bind(&numbers),
-            observation,
+            bound: problem.observation.bind(&numbers),
             inputs,
             input_lanes,
             sensor_lanes,
@@ -227,12 +209,12 @@ impl Lanes<'_> {
         let mut effects = self.hypothesis.effects.clone();
         let step = parameter_step(&effects[effect], parameter, problem.sample);
         effects[effect].parameters[parameter] += step;
-        let moved = effective(problem, &effects, observed);
+        let moved = problem.effective_inputs(&effects, observed);
         moved.iter().zip(inputs).map(|(a, b)| (a - b) / step).collect()
     }
 
     fn run(&self) -> Option<Vec<Columns>> {
-        let chain = self.chain();
+        let (chain, slopes) = (self.chain(), self.slopes());
         let machine = self.problem.model.machine_states();
         let seed = |value: f64, entry: usize| match self.lane(entry) {
             Some(lane) => Dual::direction(value, lane),
@@ -247,7 +229,7 @@ impl Lanes<'_> {
             let out = chain.window(w, &mut state, |_| ())?;
             memory.copy_from_slice(&state[machine..]);
             self.forget(&mut memory);
-            all.push(self.columns(w, &out));
+            all.push(self.columns(w, &out, &slopes));
         }
         Some(all)
     }
@@ -262,41 +244,37 @@ impl Lanes<'_> {
         }
     }
 
-    fn columns(&self, w: &Window, out: &[Vec<Dual>]) -> Columns {
+    /// Derivative of what each lane carries by the entry that is fitted: that of the plain value
+    /// where its logarithm is.
+    fn slopes(&self) -> Vec<f64> {
+        let mut slopes = vec![1.0; self.lanes.len()];
+        let values = self.hypothesis.theta();
+        for (j, lane) in self.theta() {
+            slopes[lane] = self.hypothesis.free[j].slope(values[j]);
+        }
+        slopes
+    }
+
+    fn columns(&self, w: &Window, out: &[Vec<Dual>], slopes: &[f64]) -> Columns {
         let mut columns = Columns { residual: vec![], by: vec![Vec::new(); self.lanes.len()] };
-        let before = self.problem.model.machine_states() + self.starts.memory.len();
-        let scale: Vec<f64> = self
-            .lanes
-            .clone()
-            .map(|entry| match entry.checked_sub(before) {
-                Some(j) => {
-                    let f = &self.hypothesis.free[j];
-                    f.slope(f.fitted(self.plain(j)))
-                }
-                None => 1.0,
-            })
-            .collect();
         scan(self.problem, w, out, |measured, y: Dual, weight| {
             columns.residual.push((measured - y.value) * weight);
             for (l, by) in columns.by.iter_mut().enumerate() {
-                by.push(y.tangent[l] * weight * scale[l]);
+                by.push(y.tangent[l] * weight * slopes[l]);
             }
         });
         columns
     }
-
-    /// Plain value of an entry of theta.
-    fn plain(&self, j: usize) -> f64 {
-        let h = self.hypothesis;
-        match h.free[j].what {
-            super::What::Parameter(k) => h.parameters[k],
-            super::What::Effect(e, p) => h.effects[e].internal()[p],
-        }
-    }
 }
 
-/// Go over the measured samples of a window, output by output.
-fn scan<T: Copy>(problem: &Problem, w: &Window, out: &[Vec<T>], mut each: impl FnMut(f64, T, f64)) {
+/// Go over the measured samples of a window, output by output: what was measured, what `out` has
+/// there, and the output's weight.
+pub(crate) fn scan<T: Copy>(
+    problem: &Problem,
+    w: &Window,
+    out: &[Vec<T>],
+    mut each: impl FnMut(f64, T, f64),
+) {
     let observed = &problem.dataset.recordings[w.recording];
     for (output, series) in out.iter().enumerate() {
         let weight = problem.weights[output];

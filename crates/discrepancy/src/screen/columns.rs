@@ -3,6 +3,7 @@
 use super::local::{Along, Local};
 use super::{Drive, Screen};
 use crate::candidates::{Candidate, Term};
+use crate::likelihood::sweep;
 use lacuna_effects::Law;
 use lacuna_plants::model::Measured;
 
@@ -40,19 +41,13 @@ impl Screen<'_> {
     }
 
     /// Weighted change of the measured samples of a window.
-    pub(super) fn driven(
-        &self,
-        r: usize,
-        along: &Along,
-        local: &Local,
-        drives: &Drives,
-    ) -> Vec<f64> {
+    pub(super) fn driven(&self, along: &Along, local: &Local, drives: &Drives) -> Vec<f64> {
         let range = &local.window.range;
         let outputs = self.problem.dataset.outputs.len();
         let mut out = vec![vec![0.0; range.len()]; outputs];
         let drives: Vec<_> = drives.iter().map(|(d, s, sign)| (*d, s.as_slice(), *sign)).collect();
         along.maps.propagate(range, self.problem.model.channels(), &drives, &mut out);
-        self.rows(r, local, &out)
+        self.rows(local, &out)
     }
 
     /// Weighted change of the measured samples of a window per unit of a sensor's parameter.
@@ -60,7 +55,6 @@ impl Screen<'_> {
         &self,
         law: &dyn lacuna_effects::SensorLaw,
         term: &Term,
-        r: usize,
         along: &Along,
         local: &Local,
     ) -> Vec<f64> {
@@ -77,20 +71,13 @@ impl Screen<'_> {
         let outputs = &self.problem.dataset.outputs;
         let out: Vec<Vec<f64>> =
             outputs.iter().map(|o| if is(o) { change.clone() } else { zero() }).collect();
-        self.rows(r, local, &out)
+        self.rows(local, &out)
     }
 
     /// The measured samples of a window, weighted, output by output.
-    fn rows(&self, r: usize, local: &Local, out: &[Vec<f64>]) -> Vec<f64> {
-        let observed = &self.problem.dataset.recordings[r];
+    fn rows(&self, local: &Local, out: &[Vec<f64>]) -> Vec<f64> {
         let mut rows = Vec::with_capacity(local.columns.residual.len());
-        for (o, series) in out.iter().enumerate() {
-            let weight = self.problem.weights[o];
-            let measured = &observed.outputs[o][local.window.range.clone()];
-            rows.extend(
-                measured.iter().zip(series).filter(|(y, _)| y.is_finite()).map(|(_, d)| d * weight),
-            );
-        }
+        sweep::scan(self.problem, &local.window, out, |_, d, weight| rows.push(d * weight));
         rows
     }
 }

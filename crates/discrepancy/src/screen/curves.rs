@@ -2,6 +2,7 @@
 
 use super::{Scored, Screen};
 use crate::candidates::{Candidate, Term};
+use crate::range::inner_range;
 use lacuna_effects::{Law, find};
 use rayon::prelude::*;
 
@@ -75,9 +76,7 @@ impl Screen<'_> {
                 });
             }
         }
-        values.sort_by(f64::total_cmp);
-        let cut = values.len() / 1000;
-        (values[cut], values[values.len() - 1 - cut])
+        inner_range(values, 1000)
     }
 
     /// What the residual shows of a force on a channel that depends on one variable alone, with

@@ -8,7 +8,7 @@
 //! outputs change by. The derivatives are exact: those of the Runge-Kutta step itself.
 
 use crate::likelihood::{Fit, Problem};
-use lacuna_plants::model::{Direction, Measured, Observation, System, effective_inputs};
+use lacuna_plants::model::{Direction, Measured, System};
 use lacuna_plants::{Dual, Hold, LANES, Number};
 use rayon::prelude::*;
 
@@ -49,7 +49,7 @@ impl Maps {
         let machine = model.machine_states();
         let width = path.len() / observed.len();
         let columns = width + model.channels() + m;
-        let inputs = effective_inputs(&h.effects, m, &observed.times, &observed.commands);
+        let inputs = problem.effective_inputs(&h.effects, observed);
         let linear =
             Linear { problem, fit, times: &observed.times, inputs: &inputs, width, columns };
         let rows: Vec<Vec<f64>> = (0..columns.div_ceil(LANES))
@@ -180,14 +180,13 @@ impl Linear<'_> {
     /// Derivatives of the outputs by the machine's state.
     fn outputs(&self, path: &[f64]) -> Vec<f64> {
         let problem = self.problem;
-        let measured: Vec<_> = problem.dataset.outputs.iter().map(|o| o.of).collect();
-        let observation = Observation::of(problem.model, &measured);
+        let (observation, count) = (&problem.observation, problem.dataset.outputs.len());
         let parameters = &self.fit.hypothesis.parameters;
         let numbers: Vec<Dual> = parameters.iter().map(|&p| Dual::constant(p)).collect();
         let bound = observation.bind(&numbers);
         let (machine, m) = (problem.model.machine_states(), problem.model.inputs.len());
-        let mut y = vec![Dual::constant(0.0); measured.len()];
-        let mut out = vec![0.0; self.times.len() * measured.len() * machine];
+        let mut y = vec![Dual::constant(0.0); count];
+        let mut out = vec![0.0; self.times.len() * count * machine];
         for first in (0..machine).step_by(LANES) {
             for (k, &t) in self.times.iter().enumerate() {
                 let state: Vec<Dual> = (0..machine)
@@ -205,7 +204,7 @@ impl Linear<'_> {
                 observation.evaluate(&bound, t, &state, &u, &mut y);
                 for (o, y) in y.iter().enumerate() {
                     for i in first..(first + LANES).min(machine) {
-                        out[(k * measured.len() + o) * machine + i] = y.tangent[i - first];
+                        out[(k * count + o) * machine + i] = y.tangent[i - first];
                     }
                 }
             }

@@ -193,8 +193,8 @@ impl<'p> Screen<'p> {
     /// Normal equations of a term's amplitudes, summed over all recordings.
     fn amplitudes(&self, term: &Term) -> Option<Amplitudes> {
         let mut sum: Option<Amplitudes> = None;
-        for (r, along) in self.recordings.iter().enumerate() {
-            let part = self.amplitudes_of(term, r, along)?;
+        for along in &self.recordings {
+            let part = self.amplitudes_of(term, along)?;
             match &mut sum {
                 Some(s) => {
                     s.own += part.own;
@@ -207,7 +207,7 @@ impl<'p> Screen<'p> {
         sum
     }
 
-    fn amplitudes_of(&self, term: &Term, r: usize, along: &Along) -> Option<Amplitudes> {
+    fn amplitudes_of(&self, term: &Term, along: &Along) -> Option<Amplitudes> {
         let p = self.theta.nrows();
         let drives = self.drives(term, along);
         let c = drives.len().max(1);
@@ -218,9 +218,9 @@ impl<'p> Screen<'p> {
         };
         for local in &along.windows {
             let columns: Vec<Vec<f64>> = if let Law::Sensor(law) = term.candidate.effect.law {
-                vec![self.sensed(law, term, r, along, local)]
+                vec![self.sensed(law, term, along, local)]
             } else {
-                drives.iter().map(|d| self.driven(r, along, local, d)).collect()
+                drives.iter().map(|d| self.driven(along, local, d)).collect()
             };
             if columns.iter().flatten().any(|v| !v.is_finite()) {
                 return None;

@@ -16,10 +16,7 @@ const BEGIN: Effort = Effort { steps: 8, least: 0.3 };
 
 /// Whether the model has lost its way in windows of this length.
 fn lost(problem: &Problem, fit: &Fit, slack: f64) -> bool {
-    let dataset = problem.dataset;
-    let share = |k: usize| dataset.noise_sd(k) / dataset.half_range(k);
-    let coarsest = (0..dataset.outputs.len()).map(share).fold(0.0, f64::max);
-    let misfit = (fit.reduced() - 1.0).max(0.0).sqrt() * coarsest;
+    let misfit = (fit.reduced() - 1.0).max(0.0).sqrt() * problem.coarsest;
     misfit > slack * MOST_MISFIT
 }
 

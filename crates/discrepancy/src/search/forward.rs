@@ -77,7 +77,7 @@ impl Search<'_> {
         }
         let mut tried = self.fit_all(base, &shortlist);
         self.add_variants(&mut tried);
-        self.rank(&mut tried);
+        rank(&mut tried);
         let needed = THRESHOLD.max(SHARE_OF_FIRST * first.unwrap_or(0.0));
         let best = tried.first()?;
         let gained = gain(self.problem, base, &best.fit);
@@ -134,7 +134,7 @@ impl Search<'_> {
             Some(Tried { candidate: *candidate, fit })
         });
         let mut tried: Vec<Tried> = begun.collect::<Vec<_>>().into_iter().flatten().collect();
-        self.keep_likely(&mut tried, &short);
+        Self::keep_likely(&mut tried, &short);
         let grown = tried
             .into_par_iter()
             .map(|t| Some(Tried { fit: chain::grow(self.problem, base, t.fit)?, ..t }));
@@ -142,8 +142,8 @@ impl Search<'_> {
     }
 
     /// Drop what lies so far behind the best that longer windows cannot bring it back.
-    pub(super) fn keep_likely(&self, tried: &mut Vec<Tried>, base: &Fit) {
-        self.rank(tried);
+    fn keep_likely(tried: &mut Vec<Tried>, base: &Fit) {
+        rank(tried);
         let Some(best) = tried.first().map(|t| t.fit.log_evidence()) else { return };
         let room = (BEHIND * (best - base.log_evidence())).max(60.0);
         tried.retain(|t| t.fit.log_evidence() > best - room);
@@ -161,11 +161,6 @@ impl Search<'_> {
     pub(super) fn fit_one(&self, base: &Fit, short: &Fit, effect: ModelEffect) -> Option<Fit> {
         let begun = chain::begin(self.problem, short, self.with(&base.hypothesis, effect))?;
         chain::grow(self.problem, base, begun)
-    }
-
-    /// The most evidence first. All are judged by what the best of them leaves.
-    pub(super) fn rank(&self, tried: &mut [Tried]) {
-        tried.sort_by(|a, b| b.fit.log_evidence().total_cmp(&a.fit.log_evidence()));
     }
 
     /// The best in the longest windows that it follows, with those that came close.
@@ -192,9 +187,14 @@ impl Search<'_> {
                     .then(|| Tried { fit: chain::polish(self.problem, fit), ..t })
             })
             .collect();
-        self.rank(&mut long);
+        rank(&mut long);
         long
     }
+}
+
+/// The most evidence first.
+pub(super) fn rank(tried: &mut [Tried]) {
+    tried.sort_by(|a, b| b.fit.log_evidence().total_cmp(&a.fit.log_evidence()));
 }
 
 /// Whether an effect settles what is left: either the residual comes down to the noise, or a share
@@ -226,7 +226,7 @@ fn beats_remainder(best: &Tried, look: &Look) -> bool {
 /// Whether an unknown function covers all that a candidate could say: a law of the same single
 /// variable on the same channel.
 fn curve_covers(e: &ModelEffect, c: &Candidate) -> bool {
-    if e.effect.class != "unknown_function" || e.channel != c.channel {
+    if e.over().is_none() || e.channel != c.channel {
         return false;
     }
     let Law::Force(law) = c.effect.law else { return false };

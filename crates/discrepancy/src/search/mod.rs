@@ -19,12 +19,12 @@ mod remainder;
 pub mod validate;
 mod variants;
 
+use crate::DiagnoseError;
 use crate::candidates::{Candidate, candidates};
 use crate::likelihood::windows::first_level;
 use crate::likelihood::{Effort, FULL, Fit, Hypothesis, Problem};
-use crate::{DiagnoseError, Output};
 use lacuna_effects::Law;
-use lacuna_plants::model::{Measured, ModelEffect};
+use lacuna_plants::model::ModelEffect;
 
 /// Most effects that are searched for.
 const MOST_EFFECTS: usize = 3;
@@ -93,13 +93,9 @@ impl<'p> Search<'p> {
         progress: &'p (dyn Fn(&str) + Sync),
     ) -> Self {
         let model = problem.model;
-        let channels: Vec<usize> = (0..model.channels()).collect();
-        let sensors: Vec<usize> = problem.dataset.outputs.iter().filter_map(coordinate).collect();
-        let sensors: Vec<usize> = sensors
-            .into_iter()
-            .filter(|&s| channels.iter().any(|&c| model.coordinate_index(c) == s))
-            .collect();
-        let candidates = candidates(model, &channels, &sensors);
+        let measured = |state: &usize| problem.dataset.output_of_state(*state).is_some();
+        let states = (0..model.channels()).map(|c| model.coordinate_index(c));
+        let candidates = candidates(model, &states.filter(measured).collect::<Vec<_>>());
         Self { problem, held_out, candidates, level: first_level(problem.dataset), progress }
     }
 
@@ -123,10 +119,8 @@ impl<'p> Search<'p> {
         }
         let path = self.validate(self.prune(path));
         let chosen = chain::best_length(self.problem, chain::polish(self.problem, path.fit));
-        let like = |h: Hypothesis| self.like(&chosen, &calibrated, h);
-        let again = like(calibrated.hypothesis.clone()).ok_or_else(|| self.diverges())?;
-        let mut held = Hypothesis::of(self.problem.model).held();
-        held.effects.truncate(held.own);
+        let again = self.like(&chosen, &calibrated).ok_or_else(|| self.diverges())?;
+        let held = Hypothesis::of(self.problem.model).held();
         let nominal = again.refit(self.problem, held, FULL).ok_or_else(|| self.diverges())?;
         let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
         let chosen = if learn_remainder { self.with_remainder(&chosen) } else { chosen };
@@ -148,13 +142,13 @@ impl<'p> Search<'p> {
         Ok((fit, floor))
     }
 
-    /// A hypothesis in the windows of a fit, from whichever of its states or another fit's
-    /// path leads to the better optimum.
-    fn like(&self, fit: &Fit, own: &Fit, h: Hypothesis) -> Option<Fit> {
-        let from_chosen = fit.refit(self.problem, h.clone(), FULL);
+    /// The hypothesis of `own` in the windows of a fit, from the states of whichever of the two
+    /// leads to the better optimum.
+    fn like(&self, fit: &Fit, own: &Fit) -> Option<Fit> {
+        let from_chosen = fit.refit(self.problem, own.hypothesis.clone(), FULL);
         let level = fit.windowed.level;
         let from_own = if own.windowed.level == level {
-            own.refit(self.problem, h, FULL)
+            own.refit(self.problem, own.hypothesis.clone(), FULL)
         } else {
             own.at_level(self.problem, level, FULL)
         };
@@ -203,14 +197,6 @@ fn names(fit: &Fit) -> String {
 #[must_use]
 pub fn candidate_of(e: &ModelEffect) -> Candidate {
     Candidate { effect: e.effect, channel: e.channel, other: e.other }
-}
-
-/// The entry of the machine's state that an output measures.
-fn coordinate(output: &Output) -> Option<usize> {
-    match output.of {
-        Measured::State(i) => Some(i),
-        _ => None,
-    }
 }
 
 /// An effect with internal parameters of the screening.

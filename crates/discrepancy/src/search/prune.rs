@@ -1,7 +1,7 @@
 //! Backward: each effect must be missed, and nothing may do better in its place. And the
 //! question whether the catalogue holds what is there at all.
 
-use super::forward::{AT_THE_NOISE, Look, NEAR, SOME_OF_IT, settles};
+use super::forward::{AT_THE_NOISE, Look, NEAR, SOME_OF_IT, rank, settles};
 use super::gain::{THRESHOLD, Worth, gain};
 use super::{MOST_EFFECTS, Named, Path, Rival, Search, candidate_of, chain};
 use crate::likelihood::{Fit, QUICK};
@@ -73,7 +73,7 @@ impl Search<'_> {
         shortlist.retain(|s| s.term.candidate != own);
         shortlist.truncate(3);
         let mut tried = self.fit_all(without, &shortlist);
-        self.rank(&mut tried);
+        rank(&mut tried);
         let Some(best) = tried.into_iter().next() else { return false };
         let worth = Worth::of(self.problem, &best.fit);
         let lead = worth.gain(&path.fit, &best.fit);
@@ -112,7 +112,7 @@ impl Search<'_> {
         }
         let path = self.unless_curve(base, first, curve);
         let found = path.fit.hypothesis.supposed();
-        let is_curve = found.first().is_some_and(|e| e.effect.class == "unknown_function");
+        let is_curve = found.first().is_some_and(|e| e.over().is_some());
         (path, is_curve)
     }
 

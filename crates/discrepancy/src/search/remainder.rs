@@ -16,7 +16,7 @@ impl Search<'_> {
             let Some(screen) = Screen::new(self.problem, &fit) else { break };
             let taken = |channel: usize| {
                 let mut all = fit.hypothesis.supposed().iter();
-                all.any(|e| e.effect.class == "unknown_function" && e.channel == channel)
+                all.any(|e| e.over().is_some() && e.channel == channel)
             };
             let mut curves = screen.curves().into_iter();
             let next = curves.find(|s| !taken(s.term.candidate.channel) && s.gain > THRESHOLD);

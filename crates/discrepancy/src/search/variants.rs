@@ -1,7 +1,7 @@
 //! Other ways to name what an effect does, begun from its fit: what a screening along a
 //! trajectory cannot tell apart, and laws that hold one another as special cases.
 
-use super::forward::Tried;
+use super::forward::{Tried, rank};
 use super::{Search, chain};
 use crate::candidates::Candidate;
 use crate::likelihood::{Effort, Fit};
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 impl Search<'_> {
     /// Add to the fitted candidates the other laws of dry friction where one is among the best.
     pub(super) fn add_variants(&self, tried: &mut Vec<Tried>) {
-        self.rank(tried);
+        rank(tried);
         let best = tried.iter().take(2).find(|t| t.candidate.is_dry_friction());
         let more = best.map_or(vec![], |best| {
             let last = best.fit.hypothesis.supposed().len() - 1;
@@ -32,7 +32,7 @@ impl Search<'_> {
         let own = super::candidate_of(fit.hypothesis.supposed().get(k)?);
         let mut tried = self.variants(fit, k);
         tried.retain(|t| t.candidate != own);
-        self.rank(&mut tried);
+        rank(&mut tried);
         tried.into_iter().next()
     }
 
@@ -50,7 +50,7 @@ impl Search<'_> {
             })
             .collect();
         let mut glanced: Vec<Tried> = glanced.into_iter().flatten().collect();
-        self.rank(&mut glanced);
+        rank(&mut glanced);
         let mut best: Vec<Tried> = vec![];
         for t in glanced {
             if best.iter().all(|b| b.candidate != t.candidate) {

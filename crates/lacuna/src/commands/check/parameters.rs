@@ -7,7 +7,7 @@
 
 use super::table::{Table, number};
 use lacuna::discrepancy::Dataset;
-use lacuna::discrepancy::likelihood::{Hypothesis, Problem, What};
+use lacuna::discrepancy::likelihood::{Problem, What};
 use lacuna::discrepancy::search::about_nominal;
 use lacuna::discrepancy::trajectories::unmeasured;
 use lacuna::plants::Model;
@@ -67,7 +67,8 @@ impl Parameters {
     fn assess(model: &Model, data: &Dataset) -> Result<Self, Box<dyn Error>> {
         let problem = Problem::new(model, data)?;
         let fit = about_nominal(&problem)?;
-        let free: Vec<usize> = Hypothesis::of(model)
+        let free: Vec<usize> = fit
+            .hypothesis
             .free
             .iter()
             .filter_map(|f| if let What::Parameter(k) = f.what { Some(k) } else { None })
