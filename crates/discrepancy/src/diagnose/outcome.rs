@@ -1,19 +1,15 @@
 //! From the search to the diagnosis: verdict, calibration, the ladder.
 
 use super::Outcome;
-use crate::colour::colour;
 use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::{Calibration, DataUsed, Diagnosis, Rung, SCHEMA, Verdict};
 use crate::likelihood::{Fit, Problem};
-use crate::search::Found;
 use crate::search::gain::{RELEVANT, THRESHOLD, gain};
 use crate::search::validate::refuted;
+use crate::search::{EXPLAINED, Found};
 use lacuna_effects::Acts;
 use lacuna_plants::model::{Augmentation, ModelEffect, NewEffect};
 use std::collections::BTreeMap;
-
-/// Mean square residual, in units of the noise, up to which a model explains its data.
-const EXPLAINED: f64 = 1.5;
 
 /// Share of its tolerance within which a parameter is as the model says: values are written with
 /// few digits.
@@ -34,8 +30,7 @@ impl<'a> Ladder<'a> {
     pub(super) fn new(problem: &'a Problem<'a>, held_out: &'a Problem<'a>, found: Found) -> Self {
         let chosen = &found.chosen;
         // What is correlated over c samples is worth one in c of them.
-        let residuals = chosen.residuals(problem);
-        let doubt = chosen.inflation() * colour(residuals.iter().map(Vec::as_slice));
+        let doubt = chosen.inflation() * chosen.colour(problem);
         let effects = chosen.effects(doubt).split_off(chosen.hypothesis.own);
         let parameter_std = chosen.parameter_std(doubt);
         Self { problem, held_out, found, effects, parameter_std }

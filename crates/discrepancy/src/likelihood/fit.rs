@@ -4,7 +4,7 @@ use super::minimise::{Effort, Minimisation};
 use super::sweep::{self, Starts};
 use super::windows::{Window, windows};
 use super::{Hypothesis, Problem, What};
-use crate::colour::colour;
+use crate::colour::{RELIABLE, ROUGH, colour};
 use lacuna_effects::Law;
 use lacuna_plants::model::{ModelEffect, System};
 use nalgebra::DMatrix;
@@ -42,6 +42,8 @@ pub struct Fit {
     pub log_determinant: f64,
 }
 
+/// Nothing moves.
+pub const STILL: Effort = Effort { steps: 0, least: 0.0 };
 /// A few steps, enough to compare.
 pub const QUICK: Effort = Effort { steps: 6, least: 0.3 };
 /// To the optimum.
@@ -148,12 +150,33 @@ impl Fit {
         Some(fit)
     }
 
-    /// Theta fitted alone, in windows of a level that begin where the recordings themselves are:
+    /// The same hypothesis in windows of a level that begin where the recordings themselves are:
     /// where a model is not quite right, states that are free would take up part of its error.
     #[must_use]
-    pub fn anchored(&self, problem: &Problem, level: u32, effort: Effort) -> Option<Self> {
-        let hypothesis = self.hypothesis.clone();
-        let windowed = Windowed::smoothed(problem, level).fitted_to(problem, &hypothesis);
+    pub fn anchored(&self, problem: &Problem, level: u32) -> Option<Self> {
+        let windowed = Windowed::smoothed(problem, level).fitted_to(problem, &self.hypothesis);
+        self.anchor(problem, self.hypothesis.clone(), windowed, STILL)
+    }
+
+    /// Theta fitted alone, in windows that begin where they are. Residuals that are larger or
+    /// slower than white noise say as much less beside the priors.
+    #[must_use]
+    pub fn moved(&self, problem: &Problem, effort: Effort) -> Option<Self> {
+        let residuals = self.residuals(problem);
+        let doubt = self.inflation() * colour(residuals.iter().map(Vec::as_slice), ROUGH);
+        let doubting = self.hypothesis.doubting(doubt);
+        let mut fit = self.anchor(problem, doubting, self.windowed.clone(), effort)?;
+        fit.hypothesis = fit.hypothesis.doubting(1.0 / doubt);
+        Some(fit)
+    }
+
+    fn anchor(
+        &self,
+        problem: &Problem,
+        hypothesis: Hypothesis,
+        windowed: Windowed,
+        effort: Effort,
+    ) -> Option<Self> {
         let substeps = self.substeps;
         Minimisation { problem, hypothesis, windowed, substeps, anchored: true }.run(effort)
     }
@@ -210,7 +233,7 @@ impl Fit {
     #[must_use]
     pub fn colour(&self, problem: &Problem) -> f64 {
         let residuals = self.residuals(problem);
-        colour(residuals.iter().map(Vec::as_slice))
+        colour(residuals.iter().map(Vec::as_slice), RELIABLE)
     }
 
     /// Covariance of the fitted values, the noise inflated; none where it is not finite.

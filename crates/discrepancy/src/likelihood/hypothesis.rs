@@ -100,6 +100,17 @@ impl Hypothesis {
         self
     }
 
+    /// The same for data that say less: priors weigh as much more as if the variance of the noise
+    /// were `doubt` times as large.
+    #[must_use]
+    pub fn doubting(&self, doubt: f64) -> Self {
+        let mut h = self.clone();
+        for f in &mut h.free {
+            f.sd /= doubt.sqrt();
+        }
+        h
+    }
+
     /// The same with one more effect, whose channel has these magnitudes.
     #[must_use]
     pub fn with(mut self, effect: ModelEffect, scales: &Scales) -> Self {

@@ -33,7 +33,7 @@ mod problem;
 pub mod sweep;
 pub mod windows;
 
-pub use fit::{FULL, Fit, QUICK, Windowed};
+pub use fit::{FULL, Fit, QUICK, STILL, Windowed};
 pub use hypothesis::{Free, Hypothesis, What};
 pub use minimise::Effort;
 pub use problem::Problem;

@@ -1,6 +1,6 @@
 //! Fits in windows that grow.
 
-use crate::likelihood::{Effort, FULL, Fit, Hypothesis, Problem, QUICK};
+use crate::likelihood::{Effort, FULL, Fit, Hypothesis, Problem, QUICK, STILL};
 
 /// Windows grow as long as what is not noise stays below this share of half a channel's range:
 /// what a model leaves out adds up along a window, and long windows would weigh little else.
@@ -68,23 +68,23 @@ pub fn best_length(problem: &Problem, fit: Fit) -> Fit {
     if fit.reduced() < AT_EVERY_LENGTH || !problem.hidden().is_empty() {
         return fit;
     }
-    let still = Effort { steps: 0, least: 0.0 };
-    let whole = |f: &Fit| f.anchored(problem, 0, still).map_or(f64::INFINITY, |run| run.chi2);
+    let whole = |f: &Fit| f.anchored(problem, 0).map_or(f64::INFINITY, |run| run.chi2);
     let mut best = (whole(&fit), None);
     let mut from = fit.clone();
     for level in (0..=fit.windowed.level + 2).rev() {
-        let Some(anchored) = from.anchored(problem, level, LONG) else { break };
-        let error = whole(&anchored);
+        let moved = from.anchored(problem, level).and_then(|f| f.moved(problem, LONG));
+        let Some(moved) = moved else { break };
+        let error = whole(&moved);
         if error < best.0 {
-            best = (error, Some(anchored.clone()));
+            best = (error, Some(moved.clone()));
         }
-        from = anchored;
+        from = moved;
     }
     let Some(better) = best.1 else { return fit };
     // What is left is judged in the windows that were fitted, their states free again.
     let h = better.hypothesis;
     let states = fit.refit(problem, h.clone().held(), FULL);
-    states.and_then(|s| s.refit(problem, h, still)).unwrap_or(fit)
+    states.and_then(|s| s.refit(problem, h, STILL)).unwrap_or(fit)
 }
 
 /// To the optimum, in the same windows.
