@@ -3,7 +3,7 @@
 use super::gain::{RELEVANT, THRESHOLD, Worth, gain};
 use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
-use crate::likelihood::Fit;
+use crate::likelihood::{Fit, Problem};
 use crate::screen::{Scored, Screen};
 use lacuna_effects::{Law, Variable};
 use lacuna_plants::model::ModelEffect;
@@ -77,7 +77,7 @@ impl Search<'_> {
         }
         let mut tried = self.fit_all(base, &shortlist);
         self.add_variants(&mut tried);
-        rank(&mut tried);
+        rank(self.problem, &mut tried);
         let needed = THRESHOLD.max(SHARE_OF_FIRST * first.unwrap_or(0.0));
         let best = tried.first()?;
         let gained = gain(self.problem, base, &best.fit);
@@ -134,7 +134,7 @@ impl Search<'_> {
             Some(Tried { candidate: *candidate, fit })
         });
         let mut tried: Vec<Tried> = begun.collect::<Vec<_>>().into_iter().flatten().collect();
-        Self::keep_likely(&mut tried, &short);
+        self.keep_likely(&mut tried, &short);
         let grown = tried
             .into_par_iter()
             .map(|t| Some(Tried { fit: chain::grow(self.problem, base, t.fit)?, ..t }));
@@ -142,8 +142,8 @@ impl Search<'_> {
     }
 
     /// Drop what lies so far behind the best that longer windows cannot bring it back.
-    fn keep_likely(tried: &mut Vec<Tried>, base: &Fit) {
-        rank(tried);
+    fn keep_likely(&self, tried: &mut Vec<Tried>, base: &Fit) {
+        rank(self.problem, tried);
         let Some(best) = tried.first().map(|t| t.fit.log_evidence()) else { return };
         let room = (BEHIND * (best - base.log_evidence())).max(60.0);
         tried.retain(|t| t.fit.log_evidence() > best - room);
@@ -187,14 +187,18 @@ impl Search<'_> {
                     .then(|| Tried { fit: chain::polish(self.problem, fit), ..t })
             })
             .collect();
-        rank(&mut long);
+        rank(self.problem, &mut long);
         long
     }
 }
 
-/// The most evidence first.
-pub(super) fn rank(tried: &mut [Tried]) {
-    tried.sort_by(|a, b| b.fit.log_evidence().total_cmp(&a.fit.log_evidence()));
+/// The most evidence first. All are judged by what the likeliest of them leaves: where that is no
+/// noise, a law with more freedom must earn it by as much more.
+pub(super) fn rank(problem: &Problem, tried: &mut [Tried]) {
+    let likeliest =
+        tried.iter().max_by(|a, b| a.fit.log_evidence().total_cmp(&b.fit.log_evidence()));
+    let Some(worth) = likeliest.map(|t| Worth::of(problem, &t.fit)) else { return };
+    tried.sort_by(|a, b| worth.evidence(&b.fit).total_cmp(&worth.evidence(&a.fit)));
 }
 
 /// Whether an effect settles what is left: either the residual comes down to the noise, or a share
@@ -225,7 +229,7 @@ fn beats_remainder(best: &Tried, look: &Look) -> bool {
 
 /// Whether an unknown function covers all that a candidate could say: a law of the same single
 /// variable on the same channel.
-fn curve_covers(e: &ModelEffect, c: &Candidate) -> bool {
+pub(super) fn curve_covers(e: &ModelEffect, c: &Candidate) -> bool {
     if e.over().is_none() || e.channel != c.channel {
         return false;
     }

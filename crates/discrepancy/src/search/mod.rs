@@ -4,30 +4,37 @@
 //! 2. Every candidate is screened along the fitted trajectory ([`crate::screen`]); the best are
 //!    fitted with the differential equation itself, and the one with the most evidence stays if
 //!    it is worth its price ([`gain`]).
+//!    Where short windows name nothing of a mismatch, longer ones are tried.
 //! 3. The same again with it, up to a few effects.
 //! 4. Each effect must be missed when it is taken away, and must beat what else could stand in
 //!    its place.
-//! 5. Recordings that nothing was fitted to must not speak against it ([`validate`]).
+//! 5. Recordings that nothing was fitted to must not speak against it, nor against what it says
+//!    beyond a simpler law ([`validate`]).
 //! 6. A free curve over one variable that beats all that the catalogue offers is an unknown
-//!    function.
+//!    function, unless one or two laws together follow it as well.
 
 pub mod chain;
 mod forward;
 pub mod gain;
 mod prune;
 mod remainder;
+mod spell;
 pub mod validate;
 mod variants;
 
 use crate::DiagnoseError;
 use crate::candidates::{Candidate, candidates};
 use crate::likelihood::windows::first_level;
-use crate::likelihood::{Effort, FULL, Fit, Hypothesis, Problem};
+use crate::likelihood::{FULL, Fit, Hypothesis, Problem, STILL};
+use forward::Look;
 use lacuna_effects::Law;
 use lacuna_plants::model::ModelEffect;
 
 /// Most effects that are searched for.
 const MOST_EFFECTS: usize = 3;
+/// Mean square residual, in units of that over the shortest windows, up to which a model explains
+/// its data.
+pub const EXPLAINED: f64 = 1.5;
 
 /// What the search found.
 pub struct Found {
@@ -109,8 +116,7 @@ impl<'p> Search<'p> {
         let look = self.look(&calibrated);
         let best = look.shortlist.iter().chain(&look.curves).map(|s| s.gain);
         let promise = best.fold(0.0, f64::max) / calibrated.colour(self.problem);
-        let begin = Path { fit: calibrated.clone(), named: vec![] };
-        let first = self.forward(begin, None, Some(look.clone()), 1);
+        let (calibrated, look, first) = self.first(calibrated, look);
         let (mut path, is_curve) = self.curve_at_once(&calibrated, &look, first);
         if !is_curve && !path.named.is_empty() {
             let gained = path.named[0].gain;
@@ -125,6 +131,31 @@ impl<'p> Search<'p> {
         let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
         let chosen = if learn_remainder { self.with_remainder(&chosen) } else { chosen };
         Ok(Found { nominal, calibrated, chosen, floor, promise, named: path.named })
+    }
+
+    /// The first effect, or none. A mismatch that short windows cannot name is looked for in
+    /// longer ones, however badly the model follows them: free states, above all those that
+    /// nothing measures, take up in a short window what varies slowly.
+    fn first(&self, mut base: Fit, mut look: Look) -> (Fit, Look, Path) {
+        let begin = |base: &Fit| Path { fit: base.clone(), named: vec![] };
+        let mut path = self.forward(begin(&base), None, Some(look.clone()), 1);
+        if !path.named.is_empty() || base.reduced() < EXPLAINED {
+            return (base, look, path);
+        }
+        let mut longer = base.clone();
+        while longer.windowed.level > 0 {
+            let level = longer.windowed.level - 1;
+            let Some(next) = longer.at_level(self.problem, level, FULL) else { break };
+            self.tell("in longer windows", &next);
+            longer = next;
+            let seen = self.look(&longer);
+            let found = self.forward(begin(&longer), None, Some(seen.clone()), 1);
+            let gain = |p: &Path| p.named.first().map_or(0.0, |n| n.gain);
+            if gain(&found) > gain(&path) {
+                (base, look, path) = (longer.clone(), seen, found);
+            }
+        }
+        (base, look, path)
     }
 
     fn diverges(&self) -> DiagnoseError {
@@ -185,7 +216,7 @@ pub fn about_nominal(problem: &Problem) -> Result<Fit, DiagnoseError> {
     let h = Hypothesis::of(problem.model);
     let held = Fit::begin(problem, h.clone().held(), first_level(problem.dataset));
     let held = chain::lengthen(problem, held.ok_or_else(diverges)?);
-    held.refit(problem, h, Effort { steps: 0, least: 0.0 }).ok_or_else(diverges)
+    held.refit(problem, h, STILL).ok_or_else(diverges)
 }
 
 /// The effects of a fit, for a line of progress.

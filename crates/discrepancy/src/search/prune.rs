@@ -73,7 +73,7 @@ impl Search<'_> {
         shortlist.retain(|s| s.term.candidate != own);
         shortlist.truncate(3);
         let mut tried = self.fit_all(without, &shortlist);
-        rank(&mut tried);
+        rank(self.problem, &mut tried);
         let Some(best) = tried.into_iter().next() else { return false };
         let worth = Worth::of(self.problem, &best.fit);
         let lead = worth.gain(&path.fit, &best.fit);
@@ -97,7 +97,7 @@ impl Search<'_> {
             return parametric;
         }
         let Some(curve) = self.best_curve(base, look) else { return parametric };
-        self.unless_curve(base, parametric, curve)
+        self.curve_instead(base, &parametric, curve).unwrap_or(parametric)
     }
 
     /// The catalogue's first effect where it leaves nothing but noise or a free curve does not do
@@ -110,13 +110,15 @@ impl Search<'_> {
         if curve.reduced() > AT_THE_NOISE || curve.windowed.level > first.fit.windowed.level {
             return (first, false);
         }
-        let path = self.unless_curve(base, first, curve);
-        let found = path.fit.hypothesis.supposed();
-        let is_curve = found.first().is_some_and(|e| e.over().is_some());
-        (path, is_curve)
+        match self.curve_instead(base, &first, curve) {
+            Some(path) => (path, true),
+            None => (first, false),
+        }
     }
 
-    fn unless_curve(&self, base: &Fit, parametric: Path, curve: Fit) -> Path {
+    /// A path that begins with a curve, or with what it is spelled as, where the curve beats a
+    /// path without.
+    fn curve_instead(&self, base: &Fit, parametric: &Path, curve: Fit) -> Option<Path> {
         let level = parametric.fit.windowed.level.max(curve.windowed.level);
         let at = |fit: &Fit| {
             if fit.windowed.level == level {
@@ -124,23 +126,22 @@ impl Search<'_> {
             }
             fit.at_level(self.problem, level, QUICK)
         };
-        let (Some(learned), Some(named)) = (at(&curve), at(&parametric.fit)) else {
-            return parametric;
-        };
+        let (learned, named) = (at(&curve)?, at(&parametric.fit)?);
         let lead = gain(self.problem, &named, &learned);
         (self.progress)(&format!("a free curve leads by {lead:.1} nats"));
         if lead < THRESHOLD
             || !settles(&named, &learned, SOME_OF_IT)
             || !worth_a_curve(&named, &learned)
         {
-            return parametric;
+            return None;
         }
         let gained = gain(self.problem, base, &learned);
         let longest = chain::polish(self.problem, chain::lengthen(self.problem, learned));
         let h = &parametric.fit.hypothesis;
         let rival = |e| Rival { candidate: candidate_of(e), behind: lead, hypothesis: h.clone() };
         let named = Named { gain: gained, rivals: h.supposed().iter().map(rival).collect() };
-        self.forward(Path { fit: longest, named: vec![named] }, Some(gained), None, MOST_EFFECTS)
+        let path = self.spelled(Path { fit: longest, named: vec![named] });
+        Some(self.forward(path, Some(gained), None, MOST_EFFECTS))
     }
 
     /// The curve that the screening prefers, fitted, where it can rival the catalogue.

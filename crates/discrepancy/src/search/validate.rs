@@ -7,7 +7,7 @@
 //! say nothing.
 
 use super::chain;
-use super::{Path, Search};
+use super::{Path, Rival, Search, candidate_of};
 use crate::likelihood::{FULL, Fit, Hypothesis, Problem};
 
 /// Windows of the held-out recordings: `2^LEVEL` each.
@@ -36,14 +36,34 @@ pub fn refuted(held_out: &Problem, without: &Hypothesis, with: &Hypothesis) -> b
 }
 
 impl Search<'_> {
-    /// Take away the effects that the held-out recordings speak against.
-    pub(super) fn validate(&self, mut path: Path) -> Path {
+    /// Take away the effects that the held-out recordings speak against, and what an effect says
+    /// beyond a simpler law if they speak against that.
+    pub(super) fn validate(&self, path: Path) -> Path {
+        let mut path = self.simplified(path);
         for k in (0..path.named.len()).rev() {
             let h = path.fit.hypothesis.clone().without(k);
             let Some(without) = path.fit.refit(self.problem, h, FULL) else { continue };
             if refuted(self.held_out, &without.hypothesis, &path.fit.hypothesis) {
                 path.named.remove(k);
                 path.fit = chain::polish(self.problem, without);
+            }
+        }
+        path
+    }
+
+    /// Simpler laws where the held-out recordings speak against a richer one beside them.
+    fn simplified(&self, mut path: Path) -> Path {
+        for k in (0..path.named.len()).rev() {
+            let Some(simple) = self.special_case(&path.fit, k) else { continue };
+            let rich = &path.fit.hypothesis;
+            if refuted(self.held_out, &simple.hypothesis, rich) {
+                let candidate = candidate_of(&rich.supposed()[k]);
+                let rival = Rival { candidate, behind: AGAINST, hypothesis: rich.clone() };
+                let mut named = path.named.remove(k);
+                named.rivals.retain(|r| !r.candidate.excludes(&candidate));
+                named.rivals.push(rival);
+                path.named.push(named);
+                path.fit = simple;
             }
         }
         path

@@ -4,7 +4,7 @@
 use super::forward::{Tried, rank};
 use super::{Search, chain};
 use crate::candidates::Candidate;
-use crate::likelihood::{Effort, Fit};
+use crate::likelihood::{Effort, FULL, Fit};
 use lacuna_effects::find;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 impl Search<'_> {
     /// Add to the fitted candidates the other laws of dry friction where one is among the best.
     pub(super) fn add_variants(&self, tried: &mut Vec<Tried>) {
-        rank(tried);
+        rank(self.problem, tried);
         let best = tried.iter().take(2).find(|t| t.candidate.is_dry_friction());
         let more = best.map_or(vec![], |best| {
             let last = best.fit.hypothesis.supposed().len() - 1;
@@ -32,8 +32,17 @@ impl Search<'_> {
         let own = super::candidate_of(fit.hypothesis.supposed().get(k)?);
         let mut tried = self.variants(fit, k);
         tried.retain(|t| t.candidate != own);
-        rank(&mut tried);
+        rank(self.problem, &mut tried);
         tried.into_iter().next()
+    }
+
+    /// A fit with effect `k` written as the law that it holds as a special case, at its best.
+    pub(super) fn special_case(&self, fit: &Fit, k: usize) -> Option<Fit> {
+        let fitted = fit.hypothesis.supposed().get(k)?;
+        let mut others = other_friction(fitted, self).into_iter();
+        let simple = others.find(|e| e.effect.parameters.len() < fitted.effect.parameters.len())?;
+        let plain = fit.hypothesis.clone().without(k);
+        fit.refit(self.problem, self.with(&plain, simple), FULL)
     }
 
     /// Effect `k` of a fit written with the other laws of its kind, each at its best.
@@ -50,7 +59,7 @@ impl Search<'_> {
             })
             .collect();
         let mut glanced: Vec<Tried> = glanced.into_iter().flatten().collect();
-        rank(&mut glanced);
+        rank(self.problem, &mut glanced);
         let mut best: Vec<Tried> = vec![];
         for t in glanced {
             if best.iter().all(|b| b.candidate != t.candidate) {

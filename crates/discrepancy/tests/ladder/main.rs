@@ -8,3 +8,4 @@ mod machines;
 mod nothing_missing;
 mod prediction;
 mod screen;
+mod together;

@@ -1,0 +1,53 @@
+//! Laws that are right only together.
+
+use crate::machines::{Bench, ON_PENDULUM, diagnosed};
+use lacuna_discrepancy::diagnosis::{Finding, Verdict};
+
+const OSCILLATOR: &str = r#"
+name = "oscillator"
+[parameters]
+d = { value = 0.8, unit = "kg/s", tolerance = 0.3 }
+k = { value = 40, unit = "N/m", tolerance = 0.3 }
+b = { value = 1, unit = "1", tolerance = 0.3 }
+[[input]]
+name = "u"
+unit = "N"
+[[coordinate]]
+name = "q"
+velocity = "v"
+unit = "m"
+[mechanics]
+mass = [["1 kg"]]
+force = ["b*u - k*q - d*v"]
+"#;
+
+/// A spring that hardens and a force that is always there. A force periodic in position, its
+/// phase free, does the work of both better than either of them; a curve shows that it is they.
+#[test]
+fn two_laws_are_found_where_one_with_more_freedom_comes_near_both() {
+    let text = Box::leak(OSCILLATOR.replace("1 kg", "1").into_boxed_str());
+    let bench = Bench {
+        text,
+        samples: 3000,
+        step: 0.02,
+        amplitude: (0.6, 1.2),
+        frequency: (2.0, 9.0),
+        start: 0.0,
+        noise: 2e-5,
+        ..ON_PENDULUM
+    };
+    let truth = "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = 150\n\
+                 [[effect]]\nclass = \"constant_force\"\nchannel = \"q\"\nforce = 0.05";
+    let d = diagnosed(&bench.model(), &bench.record(&bench.truth(truth), 101, 4)).diagnosis;
+    assert_eq!(d.verdict, Verdict::MissingPhysics);
+    let mut found: Vec<&str> = d.findings.iter().map(|f| f.class.as_str()).collect();
+    found.sort_unstable();
+    assert_eq!(found, ["constant_force", "cubic_stiffness"]);
+    let near = |class: &str, name: &str, value: f64| {
+        let f: Vec<&Finding> = d.findings.iter().filter(|f| f.class == class).collect();
+        let e = &f[0].parameters[name];
+        assert!((e.value - value).abs() < 4.0 * e.std + 1e-3 * value, "{class}: {e:?}");
+    };
+    near("cubic_stiffness", "stiffness", 150.0);
+    near("constant_force", "force", 0.05);
+}
