@@ -1,0 +1,76 @@
+//! `lacuna diagnose` on recordings of real machines, as their READMEs in examples/ tell. The
+//! recordings were published by others and are not part of the project: each test says so and
+//! passes where they are absent.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A published recording in the folder `../shared/real` beside the project; none where it is
+/// absent.
+fn published(file: &str) -> Option<PathBuf> {
+    let path = root().join("../shared/real").join(file);
+    if !path.exists() {
+        println!("skipped: {file} is not here; examples/ tells where it is published");
+    }
+    path.exists().then_some(path)
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The diagnosis of an example's model; recordings may hold a range of rows.
+fn diagnosed(example: &str, training: &str, held_out: &str) -> Value {
+    let model = root().join("examples").join(example).join("model.toml");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));
+    command.arg("diagnose").arg(model).arg(training).args(["--held-out", held_out, "--json"]);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn found(d: &Value) -> Vec<&str> {
+    let mut classes: Vec<&str> =
+        d["findings"].as_array().unwrap().iter().filter_map(|f| f["class"].as_str()).collect();
+    classes.sort_unstable();
+    classes
+}
+
+#[test]
+fn the_silverbox_has_a_cubic_spring_and_an_offset() {
+    let Some(file) = published("silverbox/silverbox_SNLS80mV.csv") else { return };
+    let part = |rows: &str| format!("{}#rows={rows}", file.display());
+    let d = diagnosed("silverbox", &part("40650..52000"), &part("106000..112000"));
+    assert_eq!(found(&d), ["constant_force", "cubic_stiffness"]);
+    let free = d["fit"]["held_out"]["y"]["free_run_after"].as_f64().unwrap();
+    assert!(free < 1e-3, "{free} V");
+}
+
+#[test]
+fn a_drive_has_dry_friction() {
+    let (Some(train), Some(test)) =
+        (published("emps/emps_train.csv"), published("emps/emps_test_pulses.csv"))
+    else {
+        return;
+    };
+    let d = diagnosed("emps", &train.display().to_string(), &test.display().to_string());
+    assert_eq!(found(&d), ["asymmetric_friction"]);
+    let free = d["fit"]["held_out"]["q"]["free_run_after"].as_f64().unwrap();
+    assert!(free < 6e-3, "{free} m");
+}
+
+/// The upper tank, which nothing measures, spills: its free level takes that up in short windows,
+/// and only longer ones, which the model no longer follows, show it.
+#[test]
+fn a_tank_that_nothing_measures_spills() {
+    let (Some(train), Some(test)) = (
+        published("cascaded_tanks/cascaded_tanks_train.csv"),
+        published("cascaded_tanks/cascaded_tanks_test.csv"),
+    ) else {
+        return;
+    };
+    let d = diagnosed("tanks", &train.display().to_string(), &test.display().to_string());
+    assert_eq!(d["verdict"], "missing_physics");
+    assert_eq!((found(&d), &d["findings"][0]["channel"]), (vec!["overflow"], &Value::from("x1")));
+}
