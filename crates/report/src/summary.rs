@@ -7,7 +7,7 @@ use lacuna_discrepancy::diagnosis::{ChannelFit, Diagnosis, Finding, Verdict};
 /// Columns of a line.
 const WIDTH: usize = 100;
 /// Channels whose fit is written out; the page has all.
-const CHANNELS: usize = 5;
+const CHANNELS: usize = 2;
 
 const BOLD: &str = "1";
 const GOOD: &str = "1;32";
@@ -23,18 +23,16 @@ pub fn summary(diagnosis: &Diagnosis, colour: bool) -> String {
     let good = diagnosis.verdict == Verdict::NoMismatch;
     out.add(if good { GOOD } else { BAD }, 0, &words::verdict(diagnosis));
     for finding in &diagnosis.findings {
-        // The numbers that a finding says after the colon follow, with more of them, below.
-        out.add(BOLD, 2, finding.says.split(": ").next().unwrap_or_default());
-        out.add("", 4, &details(finding));
-        if let Some((_, shape)) = finding.says.split_once("Its shape: ") {
-            out.add("", 4, &format!("shape: {}", shape.trim_end_matches('.')));
-        }
-        if let Some(experiment) = &finding.experiment {
-            out.add("", 4, &words::experiment(experiment));
-        }
+        out.add(BOLD, 2, &details(finding));
     }
-    for (name, c) in words::moved(diagnosis) {
-        out.add("", 2, &format!("Calibrated: {}", words::calibration(name, c)));
+    let experiment = diagnosis.findings.iter().find_map(|f| f.experiment.as_ref());
+    if let Some(experiment) = experiment {
+        out.add("", 2, &words::experiment(experiment));
+    }
+    let moved: Vec<String> =
+        words::moved(diagnosis).map(|(name, c)| words::calibration(name, c)).collect();
+    if !moved.is_empty() && diagnosis.verdict != Verdict::Miscalibrated {
+        out.add("", 2, &format!("Calibrated: {}", moved.join("; ")));
     }
     fit(&mut out, diagnosis);
     for note in &diagnosis.notes {
@@ -43,15 +41,20 @@ pub fn summary(diagnosis: &Diagnosis, colour: bool) -> String {
     out.text
 }
 
+/// A finding with its numbers, its rivals and the shape of a learned curve.
 fn details(f: &Finding) -> String {
-    let mut parts: Vec<String> =
+    let numbers: Vec<String> =
         f.parameters.iter().map(|(name, e)| words::parameter(name, e)).collect();
-    parts.push(format!("probability {}", percent(f.probability)));
+    let mut parts = vec![numbers.join(", "), format!("probability {}", percent(f.probability))];
     let rivals = f.alternatives.iter().filter(|a| a.probability > words::LIKELY);
     parts.extend(
         rivals.map(|a| format!("or {} on {} {}", a.class, a.channel, percent(a.probability))),
     );
-    parts.join("; ")
+    if let Some((_, shape)) = f.says.split_once("Its shape: ") {
+        parts.push(format!("shape: {}", shape.trim_end_matches('.')));
+    }
+    parts.retain(|p| !p.is_empty());
+    format!("{}: {}", words::name(f), parts.join("; "))
 }
 
 fn fit(out: &mut Lines, d: &Diagnosis) {
