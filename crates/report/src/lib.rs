@@ -26,6 +26,6 @@ mod summary;
 mod thin;
 mod words;
 
-pub use page::page;
+pub use page::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page, page};
 pub use proof::Proof;
 pub use summary::summary;

@@ -2,7 +2,8 @@
 
 use super::Outcome;
 use super::kind::read_equations;
-use crate::output::{colour, spinner, write_whole};
+use crate::output::{colour, spinner, write_together};
+use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::discrepancy::diagnose::{self, Options, Proof};
 use lacuna::discrepancy::diagnosis::{Diagnosis, Verdict};
@@ -60,11 +61,11 @@ pub fn run(a: &Arguments) -> Outcome {
         write(folder, &outcome.diagnosis, &augmented, &proofs(&training, &outcome.proofs))?;
     }
     if a.json {
-        println!("{}", serde_json::to_string_pretty(&outcome.diagnosis)?);
+        sayln!("{}", serde_json::to_string_pretty(&outcome.diagnosis)?)?;
     } else if !a.quiet {
-        print!("{}", report::summary(&outcome.diagnosis, colour()));
+        say!("{}", report::summary(&outcome.diagnosis, colour()))?;
         if let Some(folder) = &a.out {
-            println!("Written: {}", folder.join("report.html").display());
+            sayln!("Written: {}", folder.join("report.html").display())?;
         }
     }
     let mismatch = outcome.diagnosis.verdict != Verdict::NoMismatch;
@@ -93,10 +94,10 @@ pub fn write(
     proofs: &[report::Proof],
 ) -> Result<(), Box<dyn std::error::Error>> {
     let page = report::page(diagnosis, augmented, proofs);
-    write_whole(&folder.join("diagnosis.json"), &serde_json::to_string_pretty(diagnosis)?)?;
-    write_whole(&folder.join("augmented.toml"), augmented)?;
-    write_whole(&folder.join("report.html"), &page)?;
-    Ok(())
+    let json = serde_json::to_string_pretty(diagnosis)?;
+    let files = [("diagnosis.json", &*json), ("augmented.toml", augmented), ("report.html", &page)];
+    let files = files.map(|(name, text)| (folder.join(name), text));
+    Ok(write_together(&files.each_ref().map(|(path, text)| (path.as_path(), *text)))?)
 }
 
 /// The series that the report draws.

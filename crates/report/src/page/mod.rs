@@ -1,11 +1,14 @@
 //! The page of a diagnosis: one HTML file that needs nothing else.
 
+mod compare;
 mod how;
 mod proof;
 mod table;
 mod verdict;
 mod what;
 mod r#where;
+
+pub use compare::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page};
 
 use crate::Proof;
 use lacuna_discrepancy::Diagnosis;
