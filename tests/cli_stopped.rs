@@ -63,21 +63,24 @@ fn a_diagnosis_that_is_interrupted_leaves_nothing() {
     }
 }
 
+fn compare<'a>(runs: &'a [String], out: &'a str) -> Vec<&'a str> {
+    arguments(&["compare", "model.toml", "model.toml", "--out", out], runs)
+}
+
 /// Whenever it is interrupted, all files of a command are there or none, and nothing temporary.
 #[test]
 fn files_are_written_together_or_not_at_all() {
     let (bench, runs) = Bench::with_runs(1..=2);
     let all = ["compare.html", "compare.json"].map(str::to_owned);
-    let command = |out| arguments(&["compare", "model.toml", "model.toml", "--out", out], &runs);
     let begin = Instant::now();
-    assert_eq!(end(start(&bench, &command("found"))), (Some(0), String::new()));
+    assert_eq!(end(start(&bench, &compare(&runs, "found"))), (Some(0), String::new()));
     let whole = begin.elapsed();
     assert_eq!(files(&bench.path("found")), all);
     const ROUNDS: u32 = 24;
     let mut counts = [0, 0];
     for round in 0..ROUNDS {
         let out = format!("found{round}");
-        let child = start(&bench, &command(&out));
+        let child = start(&bench, &compare(&runs, &out));
         std::thread::sleep(whole * round / ROUNDS);
         // The command may have ended before the signal comes.
         let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).output();
