@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use super::kind::read_equations;
+use super::typed::typed;
 use crate::output::{colour, spinner, write_whole};
 use clap::Args;
 use lacuna::discrepancy::diagnose::{self, Options, Proof};
@@ -28,6 +29,9 @@ pub struct Arguments {
     /// Write diagnosis.json, augmented.toml and report.html to this folder
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Write the report's pictures as SVG files to figures/ in the folder of --out
+    #[arg(long, requires = "out")]
+    figures: bool,
     /// Keep what is left after the named effects as learned curves in augmented.toml; never
     /// instead of a name
     #[arg(long)]
@@ -57,7 +61,11 @@ pub fn run(a: &Arguments) -> Outcome {
         let file = a.model.display().to_string();
         let augmented =
             augmented_text(&std::fs::read_to_string(&a.model)?, &file, &outcome.augmentation)?;
-        write(folder, &outcome.diagnosis, &augmented, &proofs(&training, &outcome.proofs))?;
+        let proofs = proofs(&training, &outcome.proofs);
+        write(folder, &outcome.diagnosis, &augmented, &proofs)?;
+        if a.figures {
+            write_figures(folder, &outcome.diagnosis, &proofs)?;
+        }
     }
     if a.json {
         println!("{}", serde_json::to_string_pretty(&outcome.diagnosis)?);
@@ -92,11 +100,22 @@ pub fn write(
     augmented: &str,
     proofs: &[report::Proof],
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let page = report::page(diagnosis, augmented, proofs);
+    let page = report::page(diagnosis, augmented, proofs, &typed());
     write_whole(&folder.join("diagnosis.json"), &serde_json::to_string_pretty(diagnosis)?)?;
     write_whole(&folder.join("augmented.toml"), augmented)?;
     write_whole(&folder.join("report.html"), &page)?;
     Ok(())
+}
+
+/// Write the report's pictures to files of their own.
+fn write_figures(
+    folder: &Path,
+    diagnosis: &Diagnosis,
+    proofs: &[report::Proof],
+) -> std::io::Result<()> {
+    let folder = folder.join("figures");
+    let files = report::files(diagnosis, proofs);
+    files.iter().try_for_each(|f| write_whole(&folder.join(&f.name), &f.svg))
 }
 
 /// The series that the report draws.

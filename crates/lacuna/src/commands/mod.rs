@@ -8,6 +8,7 @@ pub mod export;
 pub mod identify;
 mod kind;
 pub mod simulate;
+mod typed;
 
 use std::process::ExitCode;
 

@@ -1,6 +1,7 @@
 //! The verdict: what is the matter, how sure, and whether it helps.
 
 use crate::number::{change, percent, plain};
+use crate::pictures::errors;
 use crate::words;
 use lacuna_discrepancy::Diagnosis;
 use lacuna_discrepancy::diagnosis::{ChannelMismatch, Verdict};
@@ -12,7 +13,10 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
             p.kind { (kind(d.verdict)) }
             h1 #verdict-title { (words::headline(d)) }
             p { (words::verdict(d)) }
-            (tiles(d))
+            div.glance {
+                (tiles(d))
+                @if let Some(picture) = errors(d) { (super::figure(&picture)) }
+            }
             @if !d.notes.is_empty() {
                 p.about {
                     a href="#notes" {
