@@ -11,6 +11,7 @@ pub(super) const ROW: i32 = 48;
 const FONT: &str = "sans-serif";
 pub(super) const LINE: u32 = 4;
 const BROAD: u32 = 12;
+const THIN: u32 = 2;
 /// The width that stands for a dashed line while drawing: plotters would draw each dash as
 /// an element of its own.
 const DASHED: u32 = 5;
@@ -60,6 +61,7 @@ pub(super) fn font(size: i32) -> TextStyle<'static> {
 /// Width of a line.
 pub(super) fn width(style: Style) -> u32 {
     match style {
+        Style::Thin => THIN,
         Style::Solid | Style::Dashed => LINE,
         Style::Broad => BROAD,
     }
@@ -74,6 +76,7 @@ pub(super) fn hex(RGBColor(r, g, b): RGBColor) -> String {
 pub(super) fn stroke(line: &Line) -> ShapeStyle {
     let colour = line.colour.rgb();
     match line.style {
+        Style::Thin => colour.stroke_width(THIN),
         Style::Solid => colour.stroke_width(LINE),
         Style::Dashed => colour.stroke_width(DASHED),
         Style::Broad => colour.mix(0.4).stroke_width(BROAD),

@@ -76,6 +76,8 @@ impl Colour {
 pub enum Style {
     /// A line.
     Solid,
+    /// A thin line, for dense noise that must not hide what is beneath.
+    Thin,
     /// A dashed line.
     Dashed,
     /// A broad pale line, which others may cover and not hide.

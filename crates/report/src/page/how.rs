@@ -31,7 +31,7 @@ pub(crate) fn section(d: &Diagnosis, augmented_model: &str, command: &str) -> Ma
 fn text(id: &str, title: &str, text: &str) -> Markup {
     html! {
         h3 id=(id) { (title) }
-        pre.copy tabindex="0" role="region" aria-labelledby=(id) { code { (text) } }
+        div.copy { pre tabindex="0" role="region" aria-labelledby=(id) { code { (text) } } }
     }
 }
 

@@ -349,9 +349,10 @@
     show();
   };
 
-  const copying = (text) => {
+  const copying = (box) => {
+    const text = box.querySelector("pre");
     const button = element("button", null, "Copy", { type: "button", class: "copying" });
-    text.before(button);
+    box.prepend(button);
     const tell = (words) => {
       button.textContent = words;
       setTimeout(() => (button.textContent = "Copy"), 2000);
@@ -375,6 +376,6 @@
     if (family) plot.linked = plots.filter((p) => p.figure.closest(".series") === family && same(p));
   }
   document.querySelectorAll(".proofs").forEach(choose);
-  document.querySelectorAll("pre.copy").forEach(copying);
+  document.querySelectorAll(".copy").forEach(copying);
   for (const hint of document.querySelectorAll(".hint")) hint.hidden = false;
 })();

@@ -5,7 +5,7 @@ use crate::number::{percent, plain};
 use crate::pictures::missing_forces;
 use crate::words;
 use lacuna_discrepancy::Diagnosis;
-use lacuna_discrepancy::diagnosis::{ChannelMismatch, Rung};
+use lacuna_discrepancy::diagnosis::{ChannelMismatch, Rung, Verdict};
 use maud::{Markup, html};
 
 pub(crate) fn section(d: &Diagnosis) -> Markup {
@@ -14,7 +14,9 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
         "where",
         about,
         html! {
-            @if !d.ladder.is_empty() { (ladder(&d.ladder)) }
+            @if d.verdict == Verdict::NoMismatch {
+                p { "The model explains the recordings down to the noise: there is nothing to split up." }
+            } @else if !d.ladder.is_empty() { (ladder(&d.ladder)) }
             (location(d))
             @for (channel, pictures) in missing_forces(d) {
                 h3 { "The missing force in the equation of " (channel) }

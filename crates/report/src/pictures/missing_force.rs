@@ -46,15 +46,17 @@ fn picture(channel: &str, c: &Curve, caption: &str, law: Option<&str>) -> Pictur
     let points = |y: &[f64]| c.at.iter().copied().zip(y.iter().copied()).collect();
     let edges = c.at.iter().zip(&c.learned).zip(&c.std);
     let edges = edges.map(|((&x, &y), &s)| (x, y - 2.0 * s, y + 2.0 * s)).collect();
-    let line = |label: &str, colour, values: &[f64]| Line {
+    let line = |label: &str, colour, style, values: &[f64]| Line {
         label: label.into(),
         colour,
-        style: Style::Solid,
+        style,
         points: points(values),
     };
-    let mut lines = vec![line("learned, no formula", Colour::Ink, &c.learned)];
+    // Beneath a law that is right a thin line would not be seen.
+    let style = if c.law.is_empty() { Style::Solid } else { Style::Broad };
+    let mut lines = vec![line("learned, no formula", Colour::Ink, style, &c.learned)];
     if !c.law.is_empty() {
-        lines.push(line("named law", Colour::Blue, &c.law));
+        lines.push(line("named law", Colour::Blue, Style::Solid, &c.law));
     }
     let figure = Figure {
         description: description(channel, c, law),

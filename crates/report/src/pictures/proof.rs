@@ -80,7 +80,7 @@ fn run(p: &Proof, points: usize) -> Picture {
         rug: None,
         within: view(p),
     };
-    picture(p, "proof", format!("{}: running free from the first samples", p.channel), figure)
+    picture(p, "proof", "Measured, and the model running free".to_owned(), figure)
 }
 
 /// The measured values with one span around them: a model that runs away must not flatten
@@ -114,7 +114,7 @@ fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize)
         bands: vec![Band { label: "± 2 std of noise".into(), colour: Colour::Ink, edges }],
         lines: vec![
             line("before", Colour::Vermilion, Style::Dashed, before),
-            line("after", Colour::Blue, Style::Solid, after),
+            line("after", Colour::Blue, Style::Thin, after),
         ],
         rug: None,
         within: near(before, after, noise),
