@@ -9,7 +9,7 @@ use bench::{Bench, arguments};
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Exit code of what was interrupted.
 const INTERRUPTED: i32 = 130;
@@ -51,15 +51,20 @@ fn files(folder: &Path) -> Vec<String> {
 fn a_diagnosis_that_is_interrupted_leaves_nothing() {
     let (bench, runs) = Bench::with_runs(1..=4);
     let before = files(&bench.path(""));
-    for (signal, wait) in [("-INT", 0), ("-INT", 100), ("-INT", 400), ("-TERM", 200)] {
-        let child = start(&bench, &arguments(&["diagnose", "model.toml", "--out", "found"], &runs));
-        std::thread::sleep(Duration::from_millis(100 + wait));
+    let diagnose = arguments(&["diagnose", "model.toml", "--out", "found"], &runs);
+    let begin = Instant::now();
+    assert_eq!(end(start(&bench, &diagnose)), (Some(0), String::new()));
+    let whole = begin.elapsed();
+    std::fs::remove_dir_all(bench.path("found")).unwrap();
+    for (signal, share) in [("-INT", 0.05), ("-INT", 0.3), ("-INT", 0.6), ("-TERM", 0.4)] {
+        let child = start(&bench, &diagnose);
+        std::thread::sleep(whole.mul_f64(share));
         interrupt(&child, signal);
         let (code, said) = end(child);
         // Before the handler is there, and under nohup, the signal itself ends the process.
-        assert!(code.is_none_or(|c| c == INTERRUPTED), "after {wait} ms: {code:?}");
-        assert_eq!(said, "", "after {wait} ms");
-        assert_eq!(files(&bench.path("")), before, "after {wait} ms");
+        assert!(code.is_none_or(|c| c == INTERRUPTED), "after {share} of {whole:?}: {code:?}");
+        assert_eq!(said, "", "after {share} of {whole:?}");
+        assert_eq!(files(&bench.path("")), before, "after {share} of {whole:?}");
     }
 }
 

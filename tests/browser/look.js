@@ -65,8 +65,8 @@
     return out;
   },
 
-  // The page can be read: headings, tables and text have their boxes.
-  readable(skipped = "svg,figcaption,select,option") {
+  // The page can be read: headings, tables and text have their boxes, save in `skipped`.
+  readable(skipped) {
     const out = [];
     for (const kind of ["h1", "h2", "table", "main section"]) {
       const count = document.querySelectorAll(kind).length, hidden = this.hidden(kind).length;
@@ -74,7 +74,7 @@
     }
     for (const { element, text, boxes } of this.texts()) {
       const seen = boxes.some(b => b.width > 0 && b.height > 0);
-      if (!seen && !element.closest(skipped)) out.push(`'${text}' is hidden`);
+      if (!seen && !element.closest(`svg,option,${skipped}`)) out.push(`'${text}' is hidden`);
     }
     return out;
   },
@@ -120,6 +120,6 @@
 
   print() {
     const out = [...document.querySelectorAll("nav")].length === this.hidden("nav").length ? [] : ["nav is printed"];
-    return out.concat(this.readable("svg,nav"));
+    return out.concat(this.readable("nav,button,.hint,.chooser,[hidden]"));
   },
 })

@@ -2,6 +2,7 @@
 //! `LACUNA_CHROMIUM` names the binary where it is not on the path.
 
 mod chromium;
+mod pointer;
 mod tab;
 
 use chromium::Chromium;
@@ -28,6 +29,54 @@ fn pages_can_be_read_in_a_browser() {
     }
 }
 
+/// Figures tell their values to a pointer and to a keyboard; a recording can be chosen.
+#[test]
+fn figures_answer_a_pointer_and_keys() {
+    let Some(chromium) = Chromium::found() else { return };
+    let mut tab = chromium.tab();
+    for page in ["report.html", "compare.html"] {
+        let file = PAGES.join(page);
+        for width in WIDTHS {
+            let mut look = Look { tab: &mut tab, file: &file, complaints: vec![] };
+            look.load(width);
+            let found = [pointer::pointer(look.tab), pointer::keyboard(look.tab)].concat();
+            look.complain(&format!("{width} px"), found);
+            if page == "compare.html" {
+                let found = pointer::choice(look.tab);
+                look.complain(&format!("{width} px"), found);
+            }
+            let troubles = look.tab.troubles(&file);
+            look.complain("after use", troubles);
+            assert!(look.complaints.is_empty(), "\n{}", look.complaints.join("\n"));
+        }
+    }
+}
+
+/// A page that swallows what its reader does.
+#[test]
+fn a_figure_that_does_not_answer_is_seen() {
+    let Some(chromium) = Chromium::found() else { return };
+    let page = std::fs::read_to_string(PAGES.join("compare.html")).unwrap();
+    let file = PAGES.join("deaf.html");
+    std::fs::write(&file, page.replace("<main>", &format!("{DEAF}<main>"))).unwrap();
+    let mut tab = chromium.tab();
+    tab.load(&file);
+    std::fs::remove_file(&file).unwrap();
+    let said = [pointer::pointer(&mut tab), pointer::keyboard(&mut tab), pointer::choice(&mut tab)];
+    let expected = ["no values under the pointer", "arrow keys lead to", "expected ["];
+    for (found, expected) in said.iter().zip(expected) {
+        assert!(found.iter().any(|c| c.starts_with(expected)), "{expected}: {found:#?}");
+    }
+}
+
+const DEAF: &str = r#"
+<script>
+for (const kind of ["pointermove", "keydown", "change"]) {
+  addEventListener(kind, (e) => e.stopImmediatePropagation(), true);
+}
+</script>
+"#;
+
 /// A page with everything wrong that this test is for: each is complained of.
 #[test]
 fn what_is_wrong_with_a_page_is_seen() {
@@ -42,7 +91,7 @@ fn what_is_wrong_with_a_page_is_seen() {
         "400 px: exception: ",
         "400 px: request: ",
         "400 px: the page is 2",
-        "1400 px: 'a line that does not end",
+        "1400 px: 'here' from",
         "1400 px without script: the page is 2",
         "1400 px: a figure without a title",
         "1400 px: a figure of ",
@@ -135,7 +184,7 @@ impl Look<'_> {
         for width in WIDTHS {
             self.load(width);
             let when = format!("{width} px");
-            for function in ["overflow()", "figures(false)", "readable()"] {
+            for function in ["overflow()", "figures(false)", "readable('[hidden]')"] {
                 self.ask(&when, function);
             }
             self.screenshot(width);
@@ -155,6 +204,7 @@ impl Look<'_> {
         self.load(WIDTHS[1]);
         self.media("print", "light");
         self.ask("print", "print()");
+        self.ask("print", "figures(true)");
         self.ask("print", "contrast()");
         self.media("", "light");
     }
@@ -164,7 +214,8 @@ impl Look<'_> {
         for width in WIDTHS {
             self.load(width);
             let when = format!("{width} px without script");
-            for function in ["overflow()", "figures(true)", "readable()"] {
+            // The hint tells what the script does.
+            for function in ["overflow()", "figures(true)", "readable('.hint')"] {
                 self.ask(&when, function);
             }
         }

@@ -10,6 +10,7 @@ pub mod identify;
 mod kind;
 pub mod simulate;
 mod simulation;
+mod typed;
 
 use std::process::ExitCode;
 

@@ -1,9 +1,10 @@
 //! The page of a comparison: two models against the same recordings.
 
 use super::table::table;
-use super::{STYLE, figure};
+use super::{POLICY, SCRIPT, STYLE, figure};
 use crate::figures::{Colour, Figure, Line, Style};
 use crate::number::{plain, ratio};
+use crate::pictures::{Drawing, Picture};
 use crate::thin::{POINTS, thin};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -137,6 +138,7 @@ pub fn compare_page(comparison: &Comparison) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
                 title { "Lacuna: " (a) " and " (b) }
                 style { (PreEscaped(STYLE)) }
             }
@@ -150,10 +152,17 @@ pub fn compare_page(comparison: &Comparison) -> String {
                     }
                     section aria-labelledby="recordings" {
                         h2 #recordings { "Recordings" }
-                        div.figures { @for s in drawn { (plot(comparison, s, points)) } }
+                        div.proofs {
+                            @for s in drawn {
+                                article.series data-recording=(s.recording) data-channel=(s.channel) {
+                                    (plot(comparison, s, points))
+                                }
+                            }
+                        }
                         @if left > 0 { p.about { (left) " more series are not drawn." } }
                     }
                 }
+                script { (PreEscaped(SCRIPT)) }
             }
         }
     }
@@ -208,7 +217,12 @@ fn plot(comparison: &Comparison, s: &ComparedSeries, points: usize) -> Markup {
         rug: None,
         within: view(&s.measured),
     };
-    figure(&drawing, &format!("{}: {}, rms error of A {a}, of B {b}", s.recording, s.channel))
+    figure(&Picture {
+        kind: "comparison",
+        of: format!("{} {}", s.recording, s.channel),
+        caption: format!("{}: {}, rms error of A {a}, of B {b}", s.recording, s.channel),
+        drawing: Drawing::Figure(drawing),
+    })
 }
 
 /// A model in the legend: the end of a long name, where versions differ.
