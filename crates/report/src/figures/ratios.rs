@@ -33,6 +33,8 @@ const FOOT: i32 = 118;
 /// Where the axis begins and ends.
 const ENDS: (i32, i32) = (40, 860);
 const RADIUS: i32 = 15;
+/// Characters of a name that are drawn.
+const LONGEST: usize = 24;
 /// Powers of ten that an axis spans at most; what lies beyond stands at its end.
 const MOST: f64 = 8.0;
 
@@ -97,7 +99,7 @@ impl Axis {
         let (from, to, y) = (self.place(row.before), self.place(row.after), top + 78);
         let numbers = format!("{} → {}", times(row.before), times(row.after));
         html! {
-            (text(ENDS.0, top + TEXT, "start", INK, &row.label))
+            (text(ENDS.0, top + TEXT, "start", INK, &short(&row.label)))
             (text(ENDS.1, top + TEXT, "end", INK, &numbers))
             line x1=(from) x2=(to) y1=(y) y2=(y) stroke=(hex(INK)) stroke-width="3" {}
             (hollow(from, y))
@@ -131,6 +133,15 @@ fn text(x: i32, y: i32, anchor: &str, colour: RGBColor, words: &str) -> Markup {
     }
 }
 
+/// A name as long as there is space for beside the numbers.
+fn short(label: &str) -> String {
+    if label.chars().count() <= LONGEST {
+        return label.to_owned();
+    }
+    let start: String = label.chars().take(LONGEST - 1).collect();
+    format!("{start}…")
+}
+
 fn times(v: f64) -> String {
     if v.is_finite() { format!("{}×", ratio(v)) } else { "diverges".to_owned() }
 }
@@ -161,6 +172,8 @@ mod tests {
         for words in ["q&lt;1&gt;", "210× → 1.1×", "diverges → 3.0×", ">100<", ">1<"] {
             assert!(text.contains(words), "{words}");
         }
+        let long = svg(vec![row(&"x".repeat(40), 2.0, 1.0)]).unwrap();
+        assert!(long.contains(&format!(">{}…<", "x".repeat(23))));
         assert_eq!(svg(vec![row("a", f64::NAN, 0.0)]), Err(FigureError::Empty { lines: 1 }));
     }
 

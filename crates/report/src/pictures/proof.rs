@@ -97,6 +97,8 @@ fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize)
     let line = |label, colour, style, values: &[f64]| {
         line(label, colour, style, thin(&p.time, values, points))
     };
+    let within = near(before, after, noise);
+    let cut = within.is_some_and(|(_, high)| before.iter().any(|v| v.abs() > high));
     let ends = p.time.first().into_iter().chain(p.time.last());
     let edges = ends.map(|&t| (t, -2.0 * noise, 2.0 * noise)).collect();
     let figure = Figure {
@@ -113,11 +115,16 @@ fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize)
         y: format!("{} - model ({})", p.channel, p.unit),
         bands: vec![Band { label: "± 2 std of noise".into(), colour: Colour::Ink, edges }],
         lines: vec![
-            line("before", Colour::Vermilion, Style::Dashed, before),
+            line(
+                if cut { "before (cut off)" } else { "before" },
+                Colour::Vermilion,
+                Style::Dashed,
+                before,
+            ),
             line("after", Colour::Blue, Style::Thin, after),
         ],
         rug: None,
-        within: near(before, after, noise),
+        within,
     };
     picture(p, "residual", "Residuals: measured minus model".to_owned(), figure)
 }

@@ -179,6 +179,7 @@ fn the_missing_force_is_drawn_named_or_not() {
         assert_eq!((drawn, named), expected, "{name}");
     });
     let html = page(&unexplained(), MODEL, &[], COMMAND);
+    assert!(html.contains("that something is missing, most of it in the equation of q2"));
     assert!(html.contains("before anything is added, over dq"));
     assert_eq!(unbalanced(&html), None);
 }
