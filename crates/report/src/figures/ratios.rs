@@ -30,6 +30,8 @@ const WIDTH: i32 = 920;
 const HEAD: i32 = 72;
 const ROW: i32 = 112;
 const FOOT: i32 = 118;
+/// Height of the lines in a row, which must not cross its words.
+const LINES: i32 = 62;
 /// Where the axis begins and ends.
 const ENDS: (i32, i32) = (40, 860);
 const RADIUS: i32 = 15;
@@ -47,7 +49,7 @@ pub fn ratios_svg(ratios: &Ratios, surface: Surface) -> Result<String, FigureErr
     let bottom = HEAD + ROW * ratios.rows.len() as i32;
     let drawn = html! {
         (legend())
-        (axis.ticks(bottom))
+        (axis.ticks(ratios.rows.len() as i32))
         @for (k, row) in ratios.rows.iter().enumerate() {
             (axis.row(row, HEAD + ROW * k as i32))
         }
@@ -80,15 +82,19 @@ impl Axis {
         ENDS.0 + (share * f64::from(ENDS.1 - ENDS.0)).round() as i32
     }
 
-    /// Powers of ten, the noise itself the plainest.
-    fn ticks(&self, bottom: i32) -> Markup {
+    /// Powers of ten, the noise itself the plainest: lines beneath the words of each row.
+    fn ticks(&self, rows: i32) -> Markup {
+        let bottom = HEAD + ROW * rows;
         let step = if self.high - self.low > 5.0 { 2 } else { 1 };
         let powers = (self.low.ceil() as i32..=self.high.floor() as i32).filter(|p| p % step == 0);
         html! {
             @for power in powers {
                 @let x = self.place(10_f64.powi(power));
                 @let (colour, width) = if power == 0 { (INK, LINE) } else { (GRID, 2) };
-                line x1=(x) x2=(x) y1=(HEAD) y2=(bottom) stroke=(hex(colour)) stroke-width=(width) {}
+                @for end in (1..=rows).map(|k| HEAD + ROW * k) {
+                    line x1=(x) x2=(x) y1=(end - LINES) y2=(end) stroke=(hex(colour))
+                        stroke-width=(width) {}
+                }
                 (text(x, bottom + TEXT + 4, "middle", INK, &power_of_ten(power)))
             }
             (text(WIDTH / 2, bottom + 2 * TEXT + 14, "middle", INK, "error in units of the noise (1 = the noise floor)"))
