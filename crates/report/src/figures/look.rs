@@ -11,7 +11,7 @@ pub(super) const ROW: i32 = 48;
 const FONT: &str = "sans-serif";
 pub(super) const LINE: u32 = 4;
 const BROAD: u32 = 12;
-const THIN: u32 = 2;
+const THIN: u32 = 3;
 /// The width that stands for a dashed line while drawing: plotters would draw each dash as
 /// an element of its own.
 const DASHED: u32 = 5;

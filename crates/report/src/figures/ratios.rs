@@ -30,9 +30,13 @@ const WIDTH: i32 = 920;
 const HEAD: i32 = 72;
 const ROW: i32 = 112;
 const FOOT: i32 = 118;
+/// Height of the lines in a row, which must not cross its words.
+const LINES: i32 = 62;
 /// Where the axis begins and ends.
 const ENDS: (i32, i32) = (40, 860);
 const RADIUS: i32 = 15;
+/// Characters of a name that are drawn.
+const LONGEST: usize = 24;
 /// Powers of ten that an axis spans at most; what lies beyond stands at its end.
 const MOST: f64 = 8.0;
 
@@ -45,7 +49,7 @@ pub fn ratios_svg(ratios: &Ratios, surface: Surface) -> Result<String, FigureErr
     let bottom = HEAD + ROW * ratios.rows.len() as i32;
     let drawn = html! {
         (legend())
-        (axis.ticks(bottom))
+        (axis.ticks(ratios.rows.len() as i32))
         @for (k, row) in ratios.rows.iter().enumerate() {
             (axis.row(row, HEAD + ROW * k as i32))
         }
@@ -78,15 +82,19 @@ impl Axis {
         ENDS.0 + (share * f64::from(ENDS.1 - ENDS.0)).round() as i32
     }
 
-    /// Powers of ten, the noise itself the plainest.
-    fn ticks(&self, bottom: i32) -> Markup {
+    /// Powers of ten, the noise itself the plainest: lines beneath the words of each row.
+    fn ticks(&self, rows: i32) -> Markup {
+        let bottom = HEAD + ROW * rows;
         let step = if self.high - self.low > 5.0 { 2 } else { 1 };
         let powers = (self.low.ceil() as i32..=self.high.floor() as i32).filter(|p| p % step == 0);
         html! {
             @for power in powers {
                 @let x = self.place(10_f64.powi(power));
                 @let (colour, width) = if power == 0 { (INK, LINE) } else { (GRID, 2) };
-                line x1=(x) x2=(x) y1=(HEAD) y2=(bottom) stroke=(hex(colour)) stroke-width=(width) {}
+                @for end in (1..=rows).map(|k| HEAD + ROW * k) {
+                    line x1=(x) x2=(x) y1=(end - LINES) y2=(end) stroke=(hex(colour))
+                        stroke-width=(width) {}
+                }
                 (text(x, bottom + TEXT + 4, "middle", INK, &power_of_ten(power)))
             }
             (text(WIDTH / 2, bottom + 2 * TEXT + 14, "middle", INK, "error in units of the noise (1 = the noise floor)"))
@@ -97,7 +105,7 @@ impl Axis {
         let (from, to, y) = (self.place(row.before), self.place(row.after), top + 78);
         let numbers = format!("{} → {}", times(row.before), times(row.after));
         html! {
-            (text(ENDS.0, top + TEXT, "start", INK, &row.label))
+            (text(ENDS.0, top + TEXT, "start", INK, &short(&row.label)))
             (text(ENDS.1, top + TEXT, "end", INK, &numbers))
             line x1=(from) x2=(to) y1=(y) y2=(y) stroke=(hex(INK)) stroke-width="3" {}
             (hollow(from, y))
@@ -131,6 +139,15 @@ fn text(x: i32, y: i32, anchor: &str, colour: RGBColor, words: &str) -> Markup {
     }
 }
 
+/// A name as long as there is space for beside the numbers.
+fn short(label: &str) -> String {
+    if label.chars().count() <= LONGEST {
+        return label.to_owned();
+    }
+    let start: String = label.chars().take(LONGEST - 1).collect();
+    format!("{start}…")
+}
+
 fn times(v: f64) -> String {
     if v.is_finite() { format!("{}×", ratio(v)) } else { "diverges".to_owned() }
 }
@@ -161,6 +178,8 @@ mod tests {
         for words in ["q&lt;1&gt;", "210× → 1.1×", "diverges → 3.0×", ">100<", ">1<"] {
             assert!(text.contains(words), "{words}");
         }
+        let long = svg(vec![row(&"x".repeat(40), 2.0, 1.0)]).unwrap();
+        assert!(long.contains(&format!(">{}…<", "x".repeat(23))));
         assert_eq!(svg(vec![row("a", f64::NAN, 0.0)]), Err(FigureError::Empty { lines: 1 }));
     }
 

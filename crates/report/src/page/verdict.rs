@@ -62,7 +62,9 @@ fn tiles(d: &Diagnosis) -> Markup {
             @for f in &d.findings {
                 (tile("How sure", &percent(f.probability), &format!("that it is {}", words::name(f))))
             }
-            @if d.findings.is_empty() { @if let Some((channel, m)) = suspected(d) {
+            @if let (Verdict::Unexplained, Some((channel, m))) = (d.verdict, suspected(d)) {
+                (tile("How sure", &percent(likely(m.significance)), &format!("that something is missing, most of it in the equation of {channel}; its name is not known")))
+            } @else if d.findings.is_empty() { @if let Some((channel, m)) = suspected(d) {
                 (tile("Evidence for missing physics", &plain(m.significance, "nats"), &format!("at most, in {channel}; 10 nats are odds of 22 000 to 1")))
             } }
             @if let Some((channel, fit)) = words::telling(d) {
@@ -86,6 +88,11 @@ fn held_out(channel: &str, fit: &ChannelFit) -> (String, String) {
         return (number, format!("{channel}: {errors} over {over}, before → after"));
     }
     (errors, format!("{channel} over {over}, before → after"))
+}
+
+/// Probability after log evidence (nats), at even odds before.
+fn likely(nats: f64) -> f64 {
+    1.0 / (1.0 + (-nats).exp())
 }
 
 /// The channel with the most evidence for a missing force.

@@ -1,11 +1,11 @@
 //! Where the mismatch is: its shares, its channels, its shape.
 
 use super::table::table;
-use crate::number::{percent, plain};
+use crate::number::{percent, plain, ratio};
 use crate::pictures::missing_forces;
 use crate::words;
 use lacuna_discrepancy::Diagnosis;
-use lacuna_discrepancy::diagnosis::{ChannelMismatch, Rung, Verdict};
+use lacuna_discrepancy::diagnosis::{ChannelFit, ChannelMismatch, Verdict};
 use maud::{Markup, html};
 
 pub(crate) fn section(d: &Diagnosis) -> Markup {
@@ -16,7 +16,7 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
         html! {
             @if d.verdict == Verdict::NoMismatch {
                 p { "The model explains the recordings down to the noise: there is nothing to split up." }
-            } @else if !d.ladder.is_empty() { (ladder(&d.ladder)) }
+            } @else if !d.ladder.is_empty() { (ladder(d)) }
             (location(d))
             @for (channel, pictures) in missing_forces(d) {
                 h3 { "The missing force in the equation of " (channel) }
@@ -26,11 +26,11 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
     )
 }
 
-fn ladder(rungs: &[Rung]) -> Markup {
+fn ladder(d: &Diagnosis) -> Markup {
     html! {
         h3 { "Shares of the mismatch" }
         ul.ladder {
-            @for rung in rungs {
+            @for rung in &d.ladder {
                 li {
                     span.what { (rung.what) }
                     span.bar aria-hidden="true" {
@@ -42,9 +42,25 @@ fn ladder(rungs: &[Rung]) -> Markup {
             }
         }
         p.about {
-            "Shares of the mean square misfit above the noise, on the recordings that were fitted."
+            "Shares of the mean square misfit above the noise, on the recordings that were fitted, step "
+            "by step: what other values of the model's parameters take away by themselves, then each "
+            "effect on top, and what is left." (noise(d))
         }
     }
+}
+
+/// How far above the noise the recordings that were fitted remain, in the worst channel.
+fn noise(d: &Diagnosis) -> String {
+    let over = |f: &ChannelFit| f.rmse_after / f.noise;
+    let known = d.fit.training.iter().filter(|(_, f)| over(f).is_finite());
+    let worst = known.max_by(|a, b| over(a.1).total_cmp(&over(b.1)));
+    worst.map_or_else(String::new, |(channel, f)| {
+        format!(
+            " The noise is in none of these shares: with all steps the error there is at most {} \
+             times the noise, in {channel}.",
+            ratio(over(f))
+        )
+    })
 }
 
 fn width(share: f64) -> String {
@@ -68,9 +84,18 @@ fn location(d: &Diagnosis) -> Markup {
             p.about {
                 "Evidence: 10 nats are odds of 22 000 to 1. Where there is enough of it, the force is "
                 "drawn below as the recordings show it, whatever its name."
+                @if elsewhere(d) {
+                    " What acts on an input, a sensor or another channel shows in several equations."
+                }
             }
         }
     }
+}
+
+/// Whether a channel with evidence is explained by what acts elsewhere.
+fn elsewhere(d: &Diagnosis) -> bool {
+    let bare = |m: &ChannelMismatch| m.explained_by.is_empty() && !m.curves.is_empty();
+    !d.findings.is_empty() && d.location.channels.values().any(bare)
 }
 
 /// The range of the variable in which the missing force acts.

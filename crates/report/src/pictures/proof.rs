@@ -10,8 +10,8 @@ use lacuna_discrepancy::Diagnosis;
 
 /// Series that are drawn at most.
 const DRAWN: usize = 60;
-/// Points of all lines together, seven bytes each, and lines of a series.
-const BUDGET: usize = 300_000;
+/// Points of all lines together, at most nine bytes each, and lines of a series.
+const BUDGET: usize = 240_000;
 const LINES: usize = 5;
 /// Residuals before are cut off beyond this many times what is left after, which they would
 /// flatten.
@@ -97,6 +97,8 @@ fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize)
     let line = |label, colour, style, values: &[f64]| {
         line(label, colour, style, thin(&p.time, values, points))
     };
+    let within = near(before, after, noise);
+    let cut = within.is_some_and(|(_, high)| before.iter().any(|v| v.abs() > high));
     let ends = p.time.first().into_iter().chain(p.time.last());
     let edges = ends.map(|&t| (t, -2.0 * noise, 2.0 * noise)).collect();
     let figure = Figure {
@@ -111,13 +113,18 @@ fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize)
         ),
         x: "time (s)".into(),
         y: format!("{} - model ({})", p.channel, p.unit),
-        bands: vec![Band { label: "± 2 std of noise".into(), colour: Colour::Ink, edges }],
+        bands: vec![Band { label: "± 2 std noise".into(), colour: Colour::Ink, edges }],
         lines: vec![
-            line("before", Colour::Vermilion, Style::Dashed, before),
+            line(
+                if cut { "before (cut off)" } else { "before" },
+                Colour::Vermilion,
+                Style::Dashed,
+                before,
+            ),
             line("after", Colour::Blue, Style::Thin, after),
         ],
         rug: None,
-        within: near(before, after, noise),
+        within,
     };
     picture(p, "residual", "Residuals: measured minus model".to_owned(), figure)
 }
@@ -160,7 +167,7 @@ fn autocorrelation(p: &Proof, before: &[f64], after: &[f64]) -> Option<Picture> 
         x: "lag (s)".into(),
         y: "autocorrelation".into(),
         bands: vec![Band {
-            label: "95 % of white noise".into(),
+            label: "95 % white noise".into(),
             colour: Colour::Ink,
             edges: vec![(0.0, -white, white), (last, -white, white)],
         }],

@@ -112,7 +112,16 @@ fn names_are_escaped() {
 fn long_and_many_series_stay_below_three_megabytes() {
     let html = page(&missing(), MODEL, &[proof("long.csv", "q", 100_000)], COMMAND);
     assert!(html.len() < 200_000, "{}", html.len());
-    let many: Vec<Proof> = (0..80).map(|k| proof(&format!("{k}.csv"), "q", 100_000)).collect();
+    // Jumps over the whole range take the most digits.
+    let wild = |k: usize| {
+        let mut p = proof(&format!("{k}.csv"), "q", 100_000);
+        let jump = |k: usize| ((k * 7919) % 1009) as f64 / 1009.0 - 0.5;
+        p.measured = (0..p.time.len()).map(jump).collect();
+        p.before = (0..p.time.len()).map(|k| jump(k * k)).collect();
+        p.after = (0..p.time.len()).map(|k| jump(3 * k + 1)).collect();
+        p
+    };
+    let many: Vec<Proof> = (0..80).map(wild).collect();
     let html = page(&missing(), MODEL, &many, COMMAND);
     assert!(html.len() < 3_000_000, "{}", html.len());
     assert!(html.contains("20 more series are not drawn"));
@@ -135,9 +144,9 @@ fn each_series_has_its_run_residuals_and_autocorrelation() {
     for (words, times) in [
         ("<article class=\"series\"", 2),
         ("Residuals: measured minus model", 2),
-        ("± 2 std of noise\n</text>", 2),
+        ("± 2 std noise\n</text>", 2),
         ("Autocorrelation of the residuals<", 2),
-        ("95 % of white noise\n</text>", 2),
+        ("95 % white noise\n</text>", 2),
         ("data-label=\"model before\"", 2),
     ] {
         assert_eq!(html.matches(words).count(), times, "{words}");
@@ -179,6 +188,7 @@ fn the_missing_force_is_drawn_named_or_not() {
         assert_eq!((drawn, named), expected, "{name}");
     });
     let html = page(&unexplained(), MODEL, &[], COMMAND);
+    assert!(html.contains("that something is missing, most of it in the equation of q2"));
     assert!(html.contains("before anything is added, over dq"));
     assert_eq!(unbalanced(&html), None);
 }
@@ -205,6 +215,8 @@ fn the_errors_are_shown_against_the_noise() {
     // 4.31e-3 m and 2.34e-5 m over a noise of 2.1e-5 m.
     let html = page(&missing(), MODEL, &[], COMMAND);
     assert!(html.contains("210× → 1.1×"));
+    // And 2.3e-5 m on the recordings that were fitted.
+    assert!(html.contains("the error there is at most 1.1 times the noise, in q."));
     let mut blind = missing();
     blind.fit.held_out.clear();
     assert!(!page(&blind, MODEL, &[], COMMAND).contains("noise floor"));
