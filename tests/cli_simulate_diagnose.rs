@@ -195,7 +195,7 @@ fn simulate_writes_what_it_simulated() {
 #[test]
 fn diagnose_writes_a_diagnosis_a_model_and_a_page() {
     let bench = Bench::of(FRICTION);
-    let said = bench.prints(&diagnose(&["--out", "found"]));
+    let said = bench.prints(&diagnose(&["--out", "found", "--figures"]));
     assert!(said.contains("ry (Coulomb) friction"), "{said}");
     assert!(said.contains("report.html"), "{said}");
 
@@ -232,7 +232,35 @@ fn diagnose_writes_a_diagnosis_a_model_and_a_page() {
     // Nothing is lost on the way through the library's type.
     let diagnosis: Diagnosis = serde_json::from_str(&text).unwrap();
     assert_eq!(serde_json::to_value(&diagnosis).unwrap(), raw);
-    assert!(bench.text("found/report.html").contains("coulomb_friction"));
+    // What was learned over the velocity is there for a picture, whatever its name.
+    let learned = &raw["location"]["channels"]["q"]["curves"][0];
+    assert_eq!((&learned["variable"], &learned["force_unit"]), (&"dq".into(), &"N m".into()));
+    let count = |key: &str| learned[key].as_array().map(Vec::len);
+    assert!(count("at").is_some_and(|n| n > 20) && count("at") == count("learned"));
+    assert!(count("at") == count("std") && learned["law"].is_null());
+    let page = bench.text("found/report.html");
+    for words in [
+        "coulomb_friction",
+        "Residuals: measured minus model",
+        "Autocorrelation of the residuals",
+        "lacuna diagnose model.toml run0.csv run1.csv run2.csv --out found --figures",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    // No path but those that were typed.
+    assert!(!page.contains(bench.folder.path().to_str().expect("a name in Unicode")));
+    assert!(!page.contains(env!("CARGO_BIN_EXE_lacuna")));
+    // Each picture of the page is a file, and nothing else is left behind.
+    let files = std::fs::read_dir(bench.path("found/figures")).unwrap();
+    let mut names: Vec<String> =
+        files.map(|f| f.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names.len(), page.matches("<svg ").count(), "{names:?}");
+    for name in &names {
+        let svg = bench.text(&format!("found/figures/{name}"));
+        assert!(name.ends_with(".svg") && svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+    }
+    assert!(names[0].starts_with("01-errors-arm"), "{names:?}");
 
     // The augmented model is a model, keeps the comments, and predicts better.
     let augmented = bench.text("found/augmented.toml");
@@ -265,8 +293,12 @@ fn diagnose_answers_scripts() {
     assert_eq!(diagnosis.data.held_out, ["run2.csv"]);
 
     let bench = Bench::of("");
-    let output = bench.lacuna(&diagnose(&["--exit-code"]));
+    let output = bench.lacuna(&diagnose(&["--exit-code", "--out", "none"]));
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    // A page for nothing found, and no pictures as files unless they are asked for.
+    let page = bench.text("none/report.html");
+    assert!(page.contains("No effect of the catalogue") && page.contains("Autocorrelation"));
+    assert!(!bench.path("none/figures").exists());
 }
 
 #[test]
@@ -384,6 +416,10 @@ fn arguments_that_make_no_sense_are_refused() {
     let output = bench.lacuna(&["diagnose", "model.toml"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("RECORDINGS"), "{}", stderr(&output));
+    // Pictures without a folder to put them in.
+    let output = bench.lacuna(&diagnose(&["--figures"]));
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("--out <OUT>"), "{}", stderr(&output));
     // A warm-up without samples has no state to begin from; one as long as the recording would
     // count the error on the very samples that were fitted.
     for warmup in ["0", "1", "700", "100000"] {

@@ -140,7 +140,8 @@ pub struct Curve {
     pub learned: Vec<f64>,
     /// Its standard deviation.
     pub std: Vec<f64>,
-    /// The named law there.
+    /// The named law there; empty where no law is named.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub law: Vec<f64>,
 }
 
@@ -184,6 +185,11 @@ pub struct ChannelMismatch {
     pub missing_force: f64,
     /// Its unit.
     pub unit: String,
+    /// The force that is missing before anything is added, learned without a formula: over the
+    /// variable that shows it best, and over time where time shows it too. Empty where the
+    /// evidence does not support any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub curves: Vec<Curve>,
 }
 
 /// The fit before and after.
@@ -234,6 +240,10 @@ pub struct DataUsed {
     pub samples: usize,
     /// Rows that were dropped in the recordings and filled in for smoothing.
     pub dropped: usize,
+    /// States of the model that no recording measures; what acts on them shows in the others
+    /// alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unmeasured: Vec<String>,
     /// The version of Lacuna.
     pub version: String,
 }

@@ -1,9 +1,15 @@
 //! The `lacuna` command.
 
+// `println!` panics where nobody reads: see `say`.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 mod commands;
+mod interrupt;
 mod output;
+mod say;
 
 use clap::{Parser, Subcommand};
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Finds the physics that a simulator leaves out.
@@ -20,6 +26,8 @@ enum Command {
     Check(commands::check::Arguments),
     /// Run the model on a recording's inputs; error per channel
     Simulate(commands::simulate::Arguments),
+    /// Two models against the same recordings: which is closer, channel by channel
+    Compare(commands::compare::Arguments),
     /// Find the physics that the model leaves out
     Diagnose(commands::diagnose::Arguments),
     /// Without a model: drift and control effectiveness by occupation-kernel regression
@@ -33,9 +41,12 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
+    let arguments = Arguments::parse();
+    interrupt::exit_when_interrupted();
+    let result = match arguments.command {
         Command::Check(a) => commands::check::run(&a),
         Command::Simulate(a) => commands::simulate::run(&a),
+        Command::Compare(a) => commands::compare::run(&a),
         Command::Diagnose(a) => commands::diagnose::run(&a),
         Command::Identify(a) => commands::identify::run(&a),
         Command::Compile(a) => commands::compile::run(&a),
@@ -43,7 +54,8 @@ fn main() -> ExitCode {
         Command::Demo(a) => commands::demo::run(&a),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("lacuna: {error}");
+        // The exit code tells those who have closed standard error.
+        let _ = writeln!(std::io::stderr(), "lacuna: {error}");
         ExitCode::from(2)
     })
 }

@@ -18,14 +18,17 @@
 //!
 //! [`Curve`]: lacuna_discrepancy::diagnosis::Curve
 
+mod autocorrelation;
 pub mod figures;
 pub mod number;
 mod page;
+mod pictures;
 mod proof;
 mod summary;
 mod thin;
 mod words;
 
-pub use page::page;
+pub use page::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page, page};
+pub use pictures::{FigureFile, files};
 pub use proof::Proof;
 pub use summary::summary;

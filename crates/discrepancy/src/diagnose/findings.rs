@@ -231,16 +231,11 @@ impl Ladder<'_> {
             amplitudes.iter().zip(&basis).map(|(a, b)| a * b).sum::<f64>()
         };
         let law_there: Vec<f64> = remainder.at.iter().copied().map(force).collect();
-        let model = self.problem.model;
-        let state = match over {
-            Over::Velocity => Some(model.velocity_index(e.channel)),
-            Over::Coordinate => Some(model.coordinate_index(e.channel)),
-            Over::Time => None,
-        };
+        let (variable, variable_unit) = self.variable(e.channel, over);
         Some(Curve {
-            variable: state.map_or(model.time_column.clone(), |i| model.state_name(i).to_owned()),
-            variable_unit: state.map_or("s".to_owned(), |i| model.state_unit(i)),
-            force_unit: model.force_unit(e.channel),
+            variable,
+            variable_unit,
+            force_unit: self.problem.model.force_unit(e.channel),
             learned: law_there.iter().zip(&remainder.force).map(|(l, r)| l + r).collect(),
             law: law_there,
             at: remainder.at,

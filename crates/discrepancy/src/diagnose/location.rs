@@ -1,8 +1,8 @@
 //! Where: evidence for a missing force on each channel, shown by free curves whatever its name.
 
 use super::outcome::Ladder;
-use crate::diagnosis::{ChannelMismatch, Finding, Location};
-use crate::screen::{Over, Screen};
+use crate::diagnosis::{ChannelMismatch, Curve, Finding, Location};
+use crate::screen::{Learned, Over, Screen};
 use crate::search::gain::THRESHOLD;
 use std::collections::BTreeMap;
 
@@ -38,6 +38,8 @@ impl Ladder<'_> {
             &[Over::Coordinate, Over::Time]
         };
         let learned = overs.iter().filter_map(|&o| Some((o, screen?.learn(channel, o)?)));
+        let mut learned: Vec<(Over, Learned)> = learned.collect();
+        learned.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain));
         let mut mismatch = ChannelMismatch {
             explained_by,
             significance: 0.0,
@@ -46,29 +48,57 @@ impl Ladder<'_> {
             time: None,
             missing_force: 0.0,
             unit: model.force_unit(channel),
+            curves: Vec::new(),
         };
-        let Some((over, curve)) = learned.max_by(|a, b| a.1.gain.total_cmp(&b.1.gain)) else {
-            return mismatch;
-        };
-        let squares: f64 = curve.force.iter().map(|f| f * f).sum();
-        mismatch.significance = curve.gain.max(0.0);
-        mismatch.missing_force = (squares / curve.force.len() as f64).sqrt();
-        if curve.gain < THRESHOLD {
+        let Some((over, best)) = learned.first() else { return mismatch };
+        let squares: f64 = best.force.iter().map(|f| f * f).sum();
+        mismatch.significance = best.gain.max(0.0);
+        mismatch.missing_force = (squares / best.force.len() as f64).sqrt();
+        if best.gain < THRESHOLD {
             return mismatch;
         }
-        let Some((from, to)) = acts(&curve.at, &curve.force, &curve.std) else { return mismatch };
-        let variable = match over {
-            Over::Coordinate => model.state_name(model.coordinate_index(channel)),
-            Over::Velocity => model.state_name(model.velocity_index(channel)),
-            Over::Time => &model.time_column,
-        };
-        mismatch.depends_on = Some(variable.to_owned());
-        let length = curve.at[curve.at.len() - 1] - curve.at[0];
-        if over == Over::Time && from - curve.at[0] > QUIET * length {
+        mismatch.curves = self.shown(channel, &learned);
+        let Some((from, to)) = acts(&best.at, &best.force, &best.std) else { return mismatch };
+        let variable = self.variable(channel, *over).0;
+        mismatch.depends_on = Some(variable.clone());
+        let length = best.at[best.at.len() - 1] - best.at[0];
+        if *over == Over::Time && from - best.at[0] > QUIET * length {
             mismatch.time = Some(from);
         }
-        mismatch.region.insert(variable.to_owned(), [from, to]);
+        mismatch.region.insert(variable, [from, to]);
         mismatch
+    }
+
+    /// Of learned curves, the best first, those for a picture: the best, and the one over time
+    /// where the evidence supports it.
+    fn shown(&self, channel: usize, learned: &[(Over, Learned)]) -> Vec<Curve> {
+        let shown = learned.iter().enumerate().filter(|(rank, (over, curve))| {
+            curve.gain >= THRESHOLD && (*rank == 0 || *over == Over::Time)
+        });
+        let curve = |(_, (over, curve)): (usize, &(Over, Learned))| {
+            let (variable, variable_unit) = self.variable(channel, *over);
+            Curve {
+                variable,
+                variable_unit,
+                force_unit: self.problem.model.force_unit(channel),
+                at: curve.at.clone(),
+                learned: curve.force.clone(),
+                std: curve.std.clone(),
+                law: Vec::new(),
+            }
+        };
+        shown.map(curve).collect()
+    }
+
+    /// Name and unit of what a curve of a channel is over.
+    pub(super) fn variable(&self, channel: usize, over: Over) -> (String, String) {
+        let model = self.problem.model;
+        let state = match over {
+            Over::Coordinate => model.coordinate_index(channel),
+            Over::Velocity => model.velocity_index(channel),
+            Over::Time => return (model.time_column.clone(), "s".to_owned()),
+        };
+        (model.state_name(state).to_owned(), model.state_unit(state))
     }
 }
 

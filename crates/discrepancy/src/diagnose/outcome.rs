@@ -7,6 +7,7 @@ use crate::likelihood::{Fit, Problem};
 use crate::search::gain::{RELEVANT, THRESHOLD, gain};
 use crate::search::validate::refuted;
 use crate::search::{EXPLAINED, Found};
+use crate::trajectories::unmeasured;
 use lacuna_effects::Acts;
 use lacuna_plants::model::{Augmentation, ModelEffect, NewEffect};
 use std::collections::BTreeMap;
@@ -146,12 +147,16 @@ impl<'a> Ladder<'a> {
 
     fn data(&self) -> DataUsed {
         let names = |d: &Dataset| d.recordings.iter().map(|r| r.name.clone()).collect();
-        let training = self.problem.dataset;
+        let (model, training) = (self.problem.model, self.problem.dataset);
         DataUsed {
             training: names(training),
             held_out: names(self.held_out.dataset),
             samples: training.recordings.iter().map(Observed::len).sum(),
             dropped: training.recordings.iter().map(|r| r.dropped).sum(),
+            unmeasured: unmeasured(model, training)
+                .into_iter()
+                .map(|state| model.state_name(state).to_owned())
+                .collect(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         }
     }

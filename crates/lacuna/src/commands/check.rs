@@ -9,6 +9,7 @@ mod warnings;
 
 use super::Outcome;
 use super::kind::read_equations;
+use crate::say::{say, sayln};
 use channels::{Channel, Input, Run};
 use clap::Args;
 use lacuna::discrepancy::Dataset;
@@ -61,13 +62,13 @@ pub fn run(a: &Arguments) -> Outcome {
     let dataset = Dataset::new(&model, &recordings)?;
     let report = Report::of(&model, &recordings, &dataset)?;
     if a.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        sayln!("{}", serde_json::to_string_pretty(&report)?)?;
     } else {
         if !a.quiet {
-            print!("{}", report.text());
+            say!("{}", report.text())?;
         }
         for warning in &report.warnings {
-            println!("warning: {warning}");
+            sayln!("warning: {warning}")?;
         }
     }
     Ok(ExitCode::SUCCESS)

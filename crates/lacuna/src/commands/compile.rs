@@ -7,6 +7,7 @@ mod timing;
 use super::Outcome;
 use super::kind::LearnedModel;
 use crate::output::{spinner, write_whole};
+use crate::say::sayln;
 use clap::Args;
 use lacuna::occupation::compile::{Compiled, compile};
 use lacuna::occupation::{IdentifiedModel, Names};
@@ -84,9 +85,9 @@ pub fn run(a: &Arguments) -> Outcome {
     let times = timing::measure(model, &compiled);
     let report = Report::new(&a.model, &out, &compiled, names, &sides, times);
     if a.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        sayln!("{}", serde_json::to_string_pretty(&report)?)?;
     } else {
-        report.print();
+        report.print()?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,7 +1,9 @@
 //! `lacuna demo`: conceal an effect in made-up recordings, diagnose them, and unseal it.
 
 use super::{Outcome, diagnose};
+use crate::interrupt::uninterrupted;
 use crate::output::{colour, spinner, write_whole};
+use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::discrepancy::Dataset;
 use lacuna::discrepancy::diagnose as ladder;
@@ -56,9 +58,9 @@ pub fn run(a: &Arguments) -> Outcome {
     let model_file = a.out.join("model.toml");
     write_whole(&model_file, MODEL)?;
     let truth = conceal(a.seed)?;
-    println!("An effect is concealed in made-up recordings of '{}'.", truth.model.name);
+    sayln!("An effect is concealed in made-up recordings of '{}'.", truth.model.name)?;
     let sources = record(&truth.model, a.seed, &a.out)?;
-    println!("The diagnosis sees {} and {} recordings:\n", model_file.display(), sources.len());
+    sayln!("The diagnosis sees {} and {} recordings:\n", model_file.display(), sources.len())?;
 
     let model = Model::read(&model_file)?;
     let (training, held_out) = ladder::split(&Dataset::read(&model, &sources)?);
@@ -72,14 +74,14 @@ pub fn run(a: &Arguments) -> Outcome {
     let augmented = augmented_text(MODEL, "model.toml", &outcome.augmentation)?;
     let proofs = diagnose::proofs(&training, &outcome.proofs);
     diagnose::write(&a.out, &outcome.diagnosis, &augmented, &proofs)?;
-    print!("{}", report::summary(&outcome.diagnosis, colour()));
+    say!("{}", report::summary(&outcome.diagnosis, colour()))?;
 
-    println!("\nUnsealed: {}", sealed_in_words(&truth));
+    sayln!("\nUnsealed: {}", sealed_in_words(&truth))?;
     let found = outcome.diagnosis.findings.first();
     let right = found
         .is_some_and(|f| f.class == truth.effect.effect.class && f.channel == truth.effect.channel);
-    println!("{}", if right { "The finding is right." } else { "The finding is wrong." });
-    println!("Written: {}", a.out.join("report.html").display());
+    sayln!("{}", if right { "The finding is right." } else { "The finding is wrong." })?;
+    sayln!("Written: {}", a.out.join("report.html").display())?;
     Ok(ExitCode::from(u8::from(!right)))
 }
 
@@ -129,6 +131,7 @@ fn record(truth: &Model, seed: u64, out: &Path) -> Result<Vec<RecordingSource>, 
                 Column { name: truth.inputs[0].name.clone(), values: torque },
             ];
             let recording = Recording { name: String::new(), time: times.clone(), columns };
+            let _writing = uninterrupted();
             write_csv_with_time(&path, &recording, &truth.time_column)?;
             Ok(RecordingSource::file(path))
         })

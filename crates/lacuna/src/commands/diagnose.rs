@@ -2,7 +2,9 @@
 
 use super::Outcome;
 use super::kind::read_equations;
-use crate::output::{colour, spinner, write_whole};
+use super::typed::typed;
+use crate::output::{colour, spinner, write_together};
+use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::discrepancy::diagnose::{self, Options, Proof};
 use lacuna::discrepancy::diagnosis::{Diagnosis, Verdict};
@@ -28,6 +30,9 @@ pub struct Arguments {
     /// Write diagnosis.json, augmented.toml and report.html to this folder
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Write the report's pictures as SVG files to figures/ in the folder of --out
+    #[arg(long, requires = "out")]
+    figures: bool,
     /// Keep what is left after the named effects as learned curves in augmented.toml; never
     /// instead of a name
     #[arg(long)]
@@ -57,14 +62,18 @@ pub fn run(a: &Arguments) -> Outcome {
         let file = a.model.display().to_string();
         let augmented =
             augmented_text(&std::fs::read_to_string(&a.model)?, &file, &outcome.augmentation)?;
-        write(folder, &outcome.diagnosis, &augmented, &proofs(&training, &outcome.proofs))?;
+        let proofs = proofs(&training, &outcome.proofs);
+        write(folder, &outcome.diagnosis, &augmented, &proofs)?;
+        if a.figures {
+            write_figures(folder, &outcome.diagnosis, &proofs)?;
+        }
     }
     if a.json {
-        println!("{}", serde_json::to_string_pretty(&outcome.diagnosis)?);
+        sayln!("{}", serde_json::to_string_pretty(&outcome.diagnosis)?)?;
     } else if !a.quiet {
-        print!("{}", report::summary(&outcome.diagnosis, colour()));
+        say!("{}", report::summary(&outcome.diagnosis, colour()))?;
         if let Some(folder) = &a.out {
-            println!("Written: {}", folder.join("report.html").display());
+            sayln!("Written: {}", folder.join("report.html").display())?;
         }
     }
     let mismatch = outcome.diagnosis.verdict != Verdict::NoMismatch;
@@ -92,11 +101,24 @@ pub fn write(
     augmented: &str,
     proofs: &[report::Proof],
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let page = report::page(diagnosis, augmented, proofs);
-    write_whole(&folder.join("diagnosis.json"), &serde_json::to_string_pretty(diagnosis)?)?;
-    write_whole(&folder.join("augmented.toml"), augmented)?;
-    write_whole(&folder.join("report.html"), &page)?;
-    Ok(())
+    let page = report::page(diagnosis, augmented, proofs, &typed());
+    let json = serde_json::to_string_pretty(diagnosis)?;
+    let files = [("diagnosis.json", &*json), ("augmented.toml", augmented), ("report.html", &page)];
+    let files = files.map(|(name, text)| (folder.join(name), text));
+    Ok(write_together(&files.each_ref().map(|(path, text)| (path.as_path(), *text)))?)
+}
+
+/// Write the report's pictures to files of their own.
+fn write_figures(
+    folder: &Path,
+    diagnosis: &Diagnosis,
+    proofs: &[report::Proof],
+) -> std::io::Result<()> {
+    let folder = folder.join("figures");
+    let files = report::files(diagnosis, proofs);
+    let paths: Vec<_> = files.iter().map(|f| folder.join(&f.name)).collect();
+    let texts = files.iter().map(|f| f.svg.as_str());
+    write_together(&paths.iter().map(PathBuf::as_path).zip(texts).collect::<Vec<_>>())
 }
 
 /// The series that the report draws.

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::compile::Target;
 use super::kind::LearnedModel;
 use crate::output::write_whole;
+use crate::say::sayln;
 use clap::{Args, ValueEnum};
 use lacuna::occupation::compile::source::Language;
 use std::path::{Path, PathBuf};
@@ -53,16 +54,16 @@ pub fn run(a: &Arguments) -> Outcome {
     };
     let out = a.out.clone().unwrap_or_else(|| a.model.with_file_name(file));
     write_whole(&out, &compiled.source(language, &identifier(&out)))?;
-    println!(
+    sayln!(
         "{}: f and g of {} to a relative error of {:.1e} on the box ({} numbers)",
         out.display(),
         a.model.display(),
         compiled.relative_error(),
         compiled.evaluator().numbers()
-    );
+    )?;
     match compiled.acceleration_rows() {
-        Ok(_) => println!("with M = g^-1 and c = -g^-1 f for computed torque: u = M q'' + c"),
-        Err(why) => println!("without M and c for computed torque: {why}"),
+        Ok(_) => sayln!("with M = g^-1 and c = -g^-1 f for computed torque: u = M q'' + c")?,
+        Err(why) => sayln!("without M and c for computed torque: {why}")?,
     }
     Ok(ExitCode::SUCCESS)
 }

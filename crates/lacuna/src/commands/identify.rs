@@ -18,6 +18,7 @@ mod slices;
 use super::Outcome;
 use super::check::table::{Table, number};
 use crate::output::spinner;
+use crate::say::{say, sayln};
 use clap::{Args, ValueEnum};
 use columns::Columns;
 use lacuna::occupation::Arguments::State;
@@ -163,9 +164,9 @@ pub fn run(a: &Arguments) -> Outcome {
         report.files = files::write(folder, &model, &chosen, &columns, &usable)?;
     }
     if a.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        sayln!("{}", serde_json::to_string_pretty(&report)?)?;
     } else if !a.quiet {
-        print!("{}", report.text());
+        say!("{}", report.text())?;
     }
     Ok(ExitCode::SUCCESS)
 }

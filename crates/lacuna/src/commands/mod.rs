@@ -1,6 +1,7 @@
 //! One module a command: its arguments, and what it does with the library.
 
 pub mod check;
+pub mod compare;
 pub mod compile;
 pub mod demo;
 pub mod diagnose;
@@ -8,6 +9,8 @@ pub mod export;
 pub mod identify;
 mod kind;
 pub mod simulate;
+mod simulation;
+mod typed;
 
 use std::process::ExitCode;
 

@@ -2,12 +2,16 @@
 
 use super::Outcome;
 use super::kind::AnyModel;
+use super::simulation::{ChannelError, Settings, Simulation};
+use crate::interrupt::uninterrupted;
+use crate::say::sayln;
 use clap::Args;
+use lacuna::discrepancy::Output;
 use lacuna::discrepancy::prediction::DEFAULT_WARMUP;
-use lacuna::discrepancy::{Dataset, Observed, Prediction};
 use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -46,8 +50,8 @@ pub fn positive(text: &str) -> Result<f64, String> {
 
 #[derive(Serialize)]
 struct Report {
-    channels: BTreeMap<String, ChannelError>,
-    mode: String,
+    channels: BTreeMap<String, Channel>,
+    mode: &'static str,
     model: String,
     recording: String,
     horizon_s: Option<f64>,
@@ -55,137 +59,82 @@ struct Report {
 }
 
 #[derive(Serialize)]
-struct ChannelError {
+struct Channel {
     unit: String,
-    rmse: f64,
-    nrmse: f64,
-    fit_percent: f64,
+    #[serde(flatten)]
+    error: ChannelError,
 }
 
 pub fn run(a: &Arguments) -> Outcome {
     let model = AnyModel::read(&a.model)?;
-    let dataset = model.dataset(&a.like)?;
-    let observed = &dataset.recordings[0];
-    if a.horizon.is_none() && !(2..observed.len()).contains(&a.warmup) {
+    let settings = Settings { horizon: a.horizon, warmup: a.warmup };
+    let run = Simulation::of((&model, &a.model), &a.like, settings)?;
+    let recording = &run.observed().name;
+    if let Some(channel) = run.diverged() {
         return Err(format!(
-            "--warmup {}: at least 2 samples estimate the state, and some of the {} of {} must be \
-             left for the error",
-            a.warmup,
-            observed.len(),
-            observed.name
-        )
-        .into());
-    }
-    let prediction = model
-        .predict(&dataset, a.horizon, a.warmup)
-        .map_err(|e| format!("{}: {e}", a.model.display()))?;
-    let mode = if a.horizon.is_some() { "windowed" } else { "free_run" };
-    let empty = |k: &usize| prediction.squares(observed, *k).1 == 0;
-    if let Some(k) = (0..dataset.outputs.len()).find(empty) {
-        return Err(format!(
-            "{}: no sample of '{}' is left to compare with",
-            observed.name, dataset.outputs[k].name
-        )
-        .into());
-    }
-    if let Some(channel) = diverged(&dataset, observed, &prediction) {
-        return Err(format!(
-            "{}: the model diverges on {}: channel '{channel}' is no longer finite; \
+            "{}: the model diverges on {recording}: channel '{channel}' is no longer finite; \
              a shorter --horizon restarts it more often",
-            a.model.display(),
-            observed.name
+            a.model.display()
         )
         .into());
     }
     if let Some(path) = &a.out {
-        write_csv_with_time(
-            path,
-            &simulated(&dataset, observed, &prediction),
-            model.time_column(),
-        )?;
+        let _writing = uninterrupted();
+        write_csv_with_time(path, &simulated(&run), model.time_column())?;
     }
     let report = Report {
-        channels: channels(&dataset, observed, &prediction),
-        mode: mode.to_owned(),
+        channels: channels(&run),
+        mode: settings.mode(),
         model: model.name(&a.model),
-        recording: observed.name.clone(),
+        recording: recording.clone(),
         horizon_s: a.horizon,
-        warmup_samples: if a.horizon.is_none() { a.warmup } else { 0 },
+        warmup_samples: settings.warmup_samples(),
     };
     if a.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        sayln!("{}", serde_json::to_string_pretty(&report)?)?;
     } else {
-        print(&report);
+        print(&report)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn diverged(dataset: &Dataset, observed: &Observed, prediction: &Prediction) -> Option<String> {
-    (0..dataset.outputs.len())
-        .find(|&k| !prediction.rmse(observed, k).is_finite())
-        .map(|k| dataset.outputs[k].name.clone())
+fn channels(run: &Simulation) -> BTreeMap<String, Channel> {
+    let channel = |(k, output): (usize, &Output)| {
+        let error = ChannelError::pooled(&[(run, k)]);
+        (output.name.clone(), Channel { unit: output.unit.clone(), error })
+    };
+    run.dataset().outputs.iter().enumerate().map(channel).collect()
 }
 
-fn channels(
-    dataset: &Dataset,
-    observed: &Observed,
-    prediction: &Prediction,
-) -> BTreeMap<String, ChannelError> {
-    let counted = prediction.counted.clone();
-    dataset
+fn simulated(run: &Simulation) -> Recording {
+    let observed = run.observed();
+    let columns = run
+        .dataset()
         .outputs
         .iter()
-        .enumerate()
-        .map(|(k, output)| {
-            let measured: Vec<f64> = observed.outputs[k][counted.clone()]
-                .iter()
-                .copied()
-                .filter(|v| v.is_finite())
-                .collect();
-            let n = measured.len().max(1) as f64;
-            let mean = measured.iter().sum::<f64>() / n;
-            let sd = (measured.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
-            let rmse = prediction.rmse(observed, k);
-            // A channel that does not move has no range to be relative to.
-            let moves = sd > 1e-12 * mean.abs();
-            let nrmse = if moves { rmse / sd } else { f64::from(u8::from(rmse > 0.0)) };
-            let error = ChannelError {
-                unit: output.unit.clone(),
-                rmse,
-                nrmse,
-                fit_percent: 100.0 * (1.0 - nrmse),
-            };
-            (output.name.clone(), error)
-        })
-        .collect()
-}
-
-fn simulated(dataset: &Dataset, observed: &Observed, prediction: &Prediction) -> Recording {
-    let columns = dataset
-        .outputs
-        .iter()
-        .zip(&prediction.outputs)
+        .zip(run.predicted())
         .map(|(o, values)| Column { name: o.name.clone(), values: values.clone() })
         .collect();
     Recording { name: observed.name.clone(), time: observed.times.clone(), columns }
 }
 
-fn print(report: &Report) {
+fn print(report: &Report) -> io::Result<()> {
     match report.horizon_s {
-        Some(horizon) => println!(
+        Some(horizon) => sayln!(
             "{} on {}, restarted every {horizon} s from the state that fits each window:",
-            report.model, report.recording
-        ),
-        None => println!(
+            report.model,
+            report.recording
+        )?,
+        None => sayln!(
             "{} on {}, running free from the state that fits the first {} samples:",
-            report.model, report.recording, report.warmup_samples
-        ),
+            report.model,
+            report.recording,
+            report.warmup_samples
+        )?,
     }
-    println!("{:<16} {:>14} {:<8} {:>8} {:>8}", "channel", "rms error", "unit", "nrmse", "fit %");
-    for (name, e) in &report.channels {
-        println!(
-            "{name:<16} {:>14.6e} {:<8} {:>8.4} {:>8.2}",
-            e.rmse, e.unit, e.nrmse, e.fit_percent
-        );
+    sayln!("{:<16} {:>14} {:<8} {:>8} {:>8}", "channel", "rms error", "unit", "nrmse", "fit %")?;
+    for (name, Channel { unit, error: e }) in &report.channels {
+        sayln!("{name:<16} {:>14.6e} {unit:<8} {:>8.4} {:>8.2}", e.rmse, e.nrmse, e.fit_percent)?;
     }
+    Ok(())
 }

@@ -3,7 +3,8 @@
 use super::legend::legend;
 use super::limits::{Limits, limits};
 use super::look::{ROW, SIZE, Surface, dress};
-use super::{Figure, FigureError, failed, panel};
+use super::plot::Axis;
+use super::{Area, Figure, FigureError, Frame, curves, layer, panel};
 use plotters::prelude::*;
 
 /// Diagrams in rows. Those of a row share their vertical range, so that they compare at a glance.
@@ -27,17 +28,22 @@ pub fn grid_svg(grid: &Grid) -> Result<String, FigureError> {
     let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
     let top = legend_height(first, (width * columns) as u32)?;
     let size = ((width * columns) as u32, top as u32 + (height * grid.rows.len()) as u32);
-    let mut text = String::new();
-    {
-        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        legend(&root, first)?;
+    let draw = |root: &Area, which: Axis| -> Result<Vec<Frame>, FigureError> {
         let places = root.split_vertically(top).1.split_evenly((grid.rows.len(), columns));
-        for (places, (row, limits)) in places.chunks(columns).zip(grid.rows.iter().zip(limits)) {
-            for (place, (figure, limits)) in places.iter().zip(row.iter().zip(limits)) {
-                panel(&place.margin(0, ROW, 0, 0), figure, limits)?;
-            }
-        }
-        root.present().map_err(failed)?;
+        let rows = places.chunks(columns).zip(grid.rows.iter().zip(&limits));
+        let panels = rows.flat_map(|(places, (row, limits))| places.iter().zip(row).zip(limits));
+        let one = |((place, figure), limits): ((&Area, &Figure), &Limits)| {
+            panel(&place.margin(0, ROW, 0, 0), figure, limits, which)
+        };
+        panels.map(one).collect()
+    };
+    let (mut text, frames) = layer(size, |root| {
+        legend(root, first)?;
+        draw(root, Axis::Vertical)
+    })?;
+    text.push_str(&layer(size, |root| draw(root, Axis::Horizontal))?.0);
+    for (figure, frame) in grid.rows.iter().flatten().zip(&frames) {
+        text.push_str(&curves(figure, frame).into_string());
     }
     Ok(dress(&text, &grid.description, size, Surface::Own))
 }
@@ -87,7 +93,7 @@ mod tests {
         let rows = vec![vec![figure("x", 1.0), figure("dx", 10.0)], vec![figure("x<", 1.0)]];
         let svg = grid_svg(&Grid { description: "f & g".into(), rows: rows.clone() }).unwrap();
         for (part, times) in
-            [("f &amp; g", 2), ("x&lt;", 1), ("curve", 1), ("data", 1), ("ground", 2)]
+            [("f &amp; g", 2), ("x&lt;\n", 1), ("curve\n", 1), ("data\n", 1), ("ground", 2)]
         {
             assert_eq!(svg.matches(part).count(), times, "{part}");
         }

@@ -11,6 +11,7 @@ pub(super) const ROW: i32 = 48;
 const FONT: &str = "sans-serif";
 pub(super) const LINE: u32 = 4;
 const BROAD: u32 = 12;
+const THIN: u32 = 3;
 /// The width that stands for a dashed line while drawing: plotters would draw each dash as
 /// an element of its own.
 const DASHED: u32 = 5;
@@ -22,25 +23,23 @@ const STYLE: &str = "@media screen and (prefers-color-scheme: dark){\
 .lacuna-figure [stroke=\"#DDE1E6\"]{stroke:#363C45}.lacuna-figure .ground{fill:#15181C}}";
 
 /// What a figure is drawn on.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Surface {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surface {
     /// What contains it, such as a page, has a colour.
     Container,
     /// The figure is a file of its own and brings its ground.
     Own,
 }
 
-/// Replace the opening tag by one that scales, with the words and the colours.
+/// What was drawn in a frame that scales, with the words and the colours.
 pub(super) fn dress(
     text: &str,
     description: &str,
     (width, height): (u32, u32),
     surface: Surface,
 ) -> String {
-    let body = text.split_once('>').map_or(text, |(_, body)| body);
     let dashed = format!("stroke-width=\"{DASHED}\"");
-    let body = body.replace(&dashed, &format!("stroke-width=\"{LINE}\" stroke-dasharray=\"14 9\""));
-    let body = body.strip_suffix("</svg>\n").or(body.strip_suffix("</svg>")).unwrap_or(&body);
+    let body = text.replace(&dashed, &format!("stroke-width=\"{LINE}\" stroke-dasharray=\"14 9\""));
     html! {
         svg class="lacuna-figure" xmlns="http://www.w3.org/2000/svg" role="img"
             aria-label=(description) width="100%" viewBox={ "0 0 " (width) " " (height) } {
@@ -59,10 +58,25 @@ pub(super) fn font(size: i32) -> TextStyle<'static> {
     (FONT, size).into_font().color(&INK)
 }
 
-/// Colour and width of a line.
+/// Width of a line.
+pub(super) fn width(style: Style) -> u32 {
+    match style {
+        Style::Thin => THIN,
+        Style::Solid | Style::Dashed => LINE,
+        Style::Broad => BROAD,
+    }
+}
+
+/// A colour as SVG has it.
+pub(super) fn hex(RGBColor(r, g, b): RGBColor) -> String {
+    format!("#{r:02X}{g:02X}{b:02X}")
+}
+
+/// Colour and width of a line's key.
 pub(super) fn stroke(line: &Line) -> ShapeStyle {
     let colour = line.colour.rgb();
     match line.style {
+        Style::Thin => colour.stroke_width(THIN),
         Style::Solid => colour.stroke_width(LINE),
         Style::Dashed => colour.stroke_width(DASHED),
         Style::Broad => colour.mix(0.4).stroke_width(BROAD),

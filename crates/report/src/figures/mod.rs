@@ -4,20 +4,29 @@
 //! container. The same colours mean the same everywhere: what was measured is ink, the model
 //! as it was is [`Colour::Vermilion`], what Lacuna says is [`Colour::Blue`].
 
+mod curves;
+mod frame;
 mod grid;
 mod legend;
 mod limits;
 mod look;
 mod pieces;
 mod plot;
+mod ratios;
 mod tick;
 
 pub use grid::{Grid, grid_svg};
 
 use legend::{label, legend};
 use limits::{Limits, limits};
-use look::{INK, ROW, SIZE, Surface, dress};
-use plot::plot;
+pub use look::Surface;
+pub use ratios::{Ratio, Ratios, ratios_svg};
+
+use curves::curves;
+use frame::Frame;
+use look::{INK, ROW, SIZE, dress};
+use maud::{PreEscaped, html};
+use plot::{Axis, axis};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -67,6 +76,8 @@ impl Colour {
 pub enum Style {
     /// A line.
     Solid,
+    /// A thin line, for dense noise that must not hide what is beneath.
+    Thin,
     /// A dashed line.
     Dashed,
     /// A broad pale line, which others may cover and not hide.
@@ -127,25 +138,56 @@ pub struct Figure {
 
 /// The figure as SVG text, as wide as its container.
 ///
+/// Its curves are paths of the class `line` or `band` in a group of the class `curves`, in
+/// tenths of a unit from the upper left corner of the plane. The group tells where that plane is
+/// and what it shows: `data-frame` holds left, top, right and bottom (units of the drawing) and
+/// the first and last abscissa and ordinate.
+///
 /// # Errors
 /// [`FigureError::Empty`] when no line has a finite point in view.
-pub fn svg(figure: &Figure) -> Result<String, FigureError> {
-    let (xs, ys) = limits(figure)?;
-    let mut text = String::new();
-    {
-        let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        let top = legend(&root, figure)?;
-        panel(&root.split_vertically(top).1, figure, (xs, ys))?;
-        root.present().map_err(failed)?;
-    }
-    Ok(dress(&text, &figure.description, SIZE, Surface::Container))
+pub fn svg(figure: &Figure, surface: Surface) -> Result<String, FigureError> {
+    let limits = limits(figure)?;
+    let (mut text, (top, frame)) = layer(SIZE, |root| {
+        let top = legend(root, figure)?;
+        let frame = panel(&root.split_vertically(top).1, figure, &limits, Axis::Vertical)?;
+        Ok((top, frame))
+    })?;
+    let (foot, _) = layer(SIZE, |root| {
+        panel(&root.split_vertically(top).1, figure, &limits, Axis::Horizontal)
+    })?;
+    text.push_str(&inside(&foot, figure, &frame));
+    Ok(dress(&text, &figure.description, SIZE, surface))
 }
 
-/// A diagram under the label of its vertical axis.
-fn panel(area: &Area, figure: &Figure, limits: Limits) -> Drawn {
+/// What is drawn, as the inside of an SVG text.
+fn layer<T>(
+    size: (u32, u32),
+    draw: impl FnOnce(&Area) -> Result<T, FigureError>,
+) -> Result<(String, T), FigureError> {
+    let mut text = String::new();
+    let drawn = {
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        let drawn = draw(&root)?;
+        root.present().map_err(failed)?;
+        drawn
+    };
+    let body = text.split_once('>').map_or(text.as_str(), |(_, body)| body).trim_end();
+    Ok((body.strip_suffix("</svg>").unwrap_or(body).to_owned(), drawn))
+}
+
+/// One axis of a diagram, the vertical one under its label.
+fn panel(area: &Area, figure: &Figure, limits: &Limits, which: Axis) -> Result<Frame, FigureError> {
     let (heading, plane) = area.split_vertically(ROW);
-    label(&heading, &figure.y, (12, 0))?;
-    plot(&plane, figure, limits)
+    if which == Axis::Vertical {
+        label(&heading, &figure.y, (12, 0))?;
+    }
+    axis(&plane, figure, limits.clone(), which)
+}
+
+/// The horizontal axis as a group, and the curves.
+fn inside(foot: &str, figure: &Figure, frame: &Frame) -> String {
+    let curves = curves(figure, frame);
+    html! { g class="x-axis" { (PreEscaped(foot)) } (curves) }.into_string()
 }
 
 fn failed(error: impl std::fmt::Display) -> FigureError {
@@ -171,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_figure_holds_its_words_escaped() {
-        let svg = svg(&figure(vec![(0.0, 1.0), (1.0, 2.0)])).unwrap();
+        let svg = svg(&figure(vec![(0.0, 1.0), (1.0, 2.0)]), Surface::Container).unwrap();
         for word in ["velocity (m/s)", "force (N)", "a&lt;b", "Force &amp; &quot;law&quot;"] {
             assert!(svg.contains(word), "{word}");
         }
@@ -182,8 +224,8 @@ mod tests {
 
     #[test]
     fn nothing_to_draw_is_an_error() {
-        let empty = svg(&figure(vec![(f64::NAN, 1.0), (0.0, f64::INFINITY)]));
+        let empty = svg(&figure(vec![(f64::NAN, 1.0), (0.0, f64::INFINITY)]), Surface::Own);
         assert_eq!(empty, Err(FigureError::Empty { lines: 1 }));
-        assert_eq!(svg(&figure(vec![])), Err(FigureError::Empty { lines: 1 }));
+        assert_eq!(svg(&figure(vec![]), Surface::Own), Err(FigureError::Empty { lines: 1 }));
     }
 }

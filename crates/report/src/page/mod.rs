@@ -1,5 +1,6 @@
 //! The page of a diagnosis: one HTML file that needs nothing else.
 
+mod compare;
 mod how;
 mod proof;
 mod table;
@@ -7,20 +8,35 @@ mod verdict;
 mod what;
 mod r#where;
 
+pub use compare::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page};
+
 use crate::Proof;
+use crate::figures::Surface;
+use crate::pictures::Picture;
 use lacuna_discrepancy::Diagnosis;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("style.css");
+/// Values under the pointer, a closer look, a choice of series, a button to copy. Everything is
+/// there without it.
+const SCRIPT: &str = include_str!("script.js");
+/// The page asks for nothing from elsewhere, and browsers hold it to that.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
-/// The page of a diagnosis: verdict, where, what, proof, how. It holds its style and figures,
-/// uses no network and no script, and follows the reader's choice of light or dark.
+/// The page of a diagnosis: verdict, where, what, proof, how. It holds its style, figures and
+/// script, uses no network, can be read without the script, and follows the reader's choice of
+/// light or dark.
 ///
 /// `augmented_model` is the text of the augmented model file, `series` the free runs on
-/// held-out recordings. Series are thinned, and beyond 60 not drawn, so that the page stays
-/// below 3 MB.
+/// held-out recordings, `command` what repeats the diagnosis. Series are thinned, and beyond 60
+/// not drawn, so that the page stays below 3 MB.
 #[must_use]
-pub fn page(diagnosis: &Diagnosis, augmented_model: &str, series: &[Proof]) -> String {
+pub fn page(
+    diagnosis: &Diagnosis,
+    augmented_model: &str,
+    series: &[Proof],
+    command: &str,
+) -> String {
     let sections = ["verdict", "where", "what", "proof", "how"];
     html! {
         (DOCTYPE)
@@ -29,6 +45,7 @@ pub fn page(diagnosis: &Diagnosis, augmented_model: &str, series: &[Proof]) -> S
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
                 title { "Lacuna: " (diagnosis.model) }
                 style { (PreEscaped(STYLE)) }
             }
@@ -44,8 +61,9 @@ pub fn page(diagnosis: &Diagnosis, augmented_model: &str, series: &[Proof]) -> S
                     (r#where::section(diagnosis))
                     (what::section(diagnosis))
                     (proof::section(diagnosis, series))
-                    (how::section(diagnosis, augmented_model))
+                    (how::section(diagnosis, augmented_model, command))
                 }
+                script { (PreEscaped(SCRIPT)) }
             }
         }
     }
@@ -73,13 +91,12 @@ fn section(id: &str, about: &str, content: Markup) -> Markup {
     }
 }
 
-/// A figure with its caption, or the reason why there is none.
-fn figure(figure: &crate::figures::Figure, caption: &str) -> Markup {
-    let drawn = crate::figures::svg(figure);
+/// A picture with its caption, or the reason why there is none.
+fn figure(picture: &Picture) -> Markup {
     html! {
-        figure {
-            figcaption { (caption) }
-            @match drawn {
+        figure data-time[picture.over_time()] {
+            figcaption { (picture.caption) }
+            @match picture.svg(Surface::Container) {
                 Ok(svg) => (PreEscaped(svg)),
                 Err(reason) => p { "No figure: " (reason) "." },
             }

@@ -1,10 +1,15 @@
 //! The verdict: what is the matter, how sure, and whether it helps.
 
-use crate::number::{change, percent, plain};
+use crate::number::{change, diverged, percent, plain, ratio};
+use crate::pictures::errors;
 use crate::words;
 use lacuna_discrepancy::Diagnosis;
-use lacuna_discrepancy::diagnosis::{ChannelMismatch, Verdict};
+use lacuna_discrepancy::diagnosis::{ChannelFit, ChannelMismatch, Verdict};
 use maud::{Markup, html};
+
+/// Errors up to this many times the noise are told in units of it: a noise far below what any
+/// model reaches, as of a fine encoder, compares with nothing.
+const COMPARABLE: f64 = 100.0;
 
 pub(crate) fn section(d: &Diagnosis) -> Markup {
     html! {
@@ -12,7 +17,10 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
             p.kind { (kind(d.verdict)) }
             h1 #verdict-title { (words::headline(d)) }
             p { (words::verdict(d)) }
-            (tiles(d))
+            div.glance {
+                (tiles(d))
+                @if let Some(picture) = errors(d) { (super::figure(&picture)) }
+            }
             @if !d.notes.is_empty() {
                 p.about {
                     a href="#notes" {
@@ -54,18 +62,37 @@ fn tiles(d: &Diagnosis) -> Markup {
             @for f in &d.findings {
                 (tile("How sure", &percent(f.probability), &format!("that it is {}", words::name(f))))
             }
-            @if d.findings.is_empty() { @if let Some((channel, m)) = suspected(d) {
+            @if let (Verdict::Unexplained, Some((channel, m))) = (d.verdict, suspected(d)) {
+                (tile("How sure", &percent(likely(m.significance)), &format!("that something is missing, most of it in the equation of {channel}; its name is not known")))
+            } @else if d.findings.is_empty() { @if let Some((channel, m)) = suspected(d) {
                 (tile("Evidence for missing physics", &plain(m.significance, "nats"), &format!("at most, in {channel}; 10 nats are odds of 22 000 to 1")))
             } }
             @if let Some((channel, fit)) = words::telling(d) {
-                @let arrow = change(fit.rmse_before, "→", fit.rmse_after, &fit.unit);
-                (tile("Held-out error", &arrow, &format!("{channel} over {}, before → after; noise {}", plain(fit.horizon_s, "s"), plain(fit.noise, &fit.unit))))
+                @let (number, about) = held_out(channel, fit);
+                (tile("Error on held-out recordings", &number, &about))
             }
             @if let (Some(rest), true) = (unexplained, d.verdict != Verdict::NoMismatch) {
                 (tile("Still unexplained", &percent(rest.share), "of the mismatch"))
             }
         }
     }
+}
+
+/// The error before and after, in units of the noise where that compares.
+fn held_out(channel: &str, fit: &ChannelFit) -> (String, String) {
+    let errors = change(fit.rmse_before, "→", fit.rmse_after, &fit.unit);
+    let over = plain(fit.horizon_s, "s");
+    if fit.rmse_after < COMPARABLE * fit.noise {
+        let times = |v: f64| if diverged(v) { "diverges".into() } else { ratio(v / fit.noise) };
+        let number = format!("{} → {} × noise", times(fit.rmse_before), times(fit.rmse_after));
+        return (number, format!("{channel}: {errors} over {over}, before → after"));
+    }
+    (errors, format!("{channel} over {over}, before → after"))
+}
+
+/// Probability after log evidence (nats), at even odds before.
+fn likely(nats: f64) -> f64 {
+    1.0 / (1.0 + (-nats).exp())
 }
 
 /// The channel with the most evidence for a missing force.

@@ -27,7 +27,7 @@ fn card(f: &Finding) -> Markup {
     html! {
         article.card {
             h3 { (words::name(f)) }
-            p { (f.says) }
+            p { (f.says.replace("+-", "±")) }
             dl.facts {
                 dt { "Class" } dd { code { (f.class) } }
                 @if let Some(effect) = law { dt { "Law" } dd { code { (effect.formula) } } }

@@ -1,11 +1,11 @@
 //! Where the mismatch is: its shares, its channels, its shape.
 
 use super::table::table;
-use crate::figures::{Band, Colour, Figure, Line, Style};
-use crate::number::{percent, plain};
+use crate::number::{percent, plain, ratio};
+use crate::pictures::missing_forces;
 use crate::words;
 use lacuna_discrepancy::Diagnosis;
-use lacuna_discrepancy::diagnosis::{ChannelMismatch, Curve, Finding, Rung};
+use lacuna_discrepancy::diagnosis::{ChannelFit, ChannelMismatch, Verdict};
 use maud::{Markup, html};
 
 pub(crate) fn section(d: &Diagnosis) -> Markup {
@@ -14,20 +14,23 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
         "where",
         about,
         html! {
-            @if !d.ladder.is_empty() { (ladder(&d.ladder)) }
+            @if d.verdict == Verdict::NoMismatch {
+                p { "The model explains the recordings down to the noise: there is nothing to split up." }
+            } @else if !d.ladder.is_empty() { (ladder(d)) }
             (location(d))
-            div.figures {
-                @for f in &d.findings { @if let Some(c) = &f.curve { (curve(f, c)) } }
+            @for (channel, pictures) in missing_forces(d) {
+                h3 { "The missing force in the equation of " (channel) }
+                div.figures { @for p in &pictures { (super::figure(p)) } }
             }
         },
     )
 }
 
-fn ladder(rungs: &[Rung]) -> Markup {
+fn ladder(d: &Diagnosis) -> Markup {
     html! {
         h3 { "Shares of the mismatch" }
         ul.ladder {
-            @for rung in rungs {
+            @for rung in &d.ladder {
                 li {
                     span.what { (rung.what) }
                     span.bar aria-hidden="true" {
@@ -39,9 +42,25 @@ fn ladder(rungs: &[Rung]) -> Markup {
             }
         }
         p.about {
-            "Shares of the mean square misfit above the noise, on the recordings that were fitted."
+            "Shares of the mean square misfit above the noise, on the recordings that were fitted, step "
+            "by step: what other values of the model's parameters take away by themselves, then each "
+            "effect on top, and what is left." (noise(d))
         }
     }
+}
+
+/// How far above the noise the recordings that were fitted remain, in the worst channel.
+fn noise(d: &Diagnosis) -> String {
+    let over = |f: &ChannelFit| f.rmse_after / f.noise;
+    let known = d.fit.training.iter().filter(|(_, f)| over(f).is_finite());
+    let worst = known.max_by(|a, b| over(a.1).total_cmp(&over(b.1)));
+    worst.map_or_else(String::new, |(channel, f)| {
+        format!(
+            " The noise is in none of these shares: with all steps the error there is at most {} \
+             times the noise, in {channel}.",
+            ratio(over(f))
+        )
+    })
 }
 
 fn width(share: f64) -> String {
@@ -62,9 +81,21 @@ fn location(d: &Diagnosis) -> Markup {
     html! {
         @if !rows.is_empty() {
             (table("The missing force in each channel, before anything is added", &head, &rows))
-            p.about { "Evidence: 10 nats are odds of 22 000 to 1." }
+            p.about {
+                "Evidence: 10 nats are odds of 22 000 to 1. Where there is enough of it, the force is "
+                "drawn below as the recordings show it, whatever its name."
+                @if elsewhere(d) {
+                    " What acts on an input, a sensor or another channel shows in several equations."
+                }
+            }
         }
     }
+}
+
+/// Whether a channel with evidence is explained by what acts elsewhere.
+fn elsewhere(d: &Diagnosis) -> bool {
+    let bare = |m: &ChannelMismatch| m.explained_by.is_empty() && !m.curves.is_empty();
+    !d.findings.is_empty() && d.location.channels.values().any(bare)
 }
 
 /// The range of the variable in which the missing force acts.
@@ -72,54 +103,4 @@ fn acts(m: &ChannelMismatch) -> String {
     let range = |(name, [a, b]): (&String, &[f64; 2])| format!("{name} from {a:.3} to {b:.3}");
     let all: Vec<String> = m.region.iter().map(range).collect();
     if all.is_empty() { "-".to_owned() } else { all.join(", ") }
-}
-
-/// The learned force with a band of two standard deviations, and the law over it.
-fn curve(finding: &Finding, c: &Curve) -> Markup {
-    let name = words::name(finding);
-    let points = |y: &[f64]| c.at.iter().copied().zip(y.iter().copied()).collect();
-    let edges = c.at.iter().zip(&c.learned).zip(&c.std);
-    let edges = edges.map(|((&x, &y), &s)| (x, y - 2.0 * s, y + 2.0 * s)).collect();
-    let line = |label: &str, colour, points| Line {
-        label: label.into(),
-        colour,
-        style: Style::Solid,
-        points,
-    };
-    let figure = Figure {
-        description: description(&name, c),
-        x: axis(&c.variable, &c.variable_unit),
-        y: axis("missing force", &c.force_unit),
-        bands: vec![Band { label: "± 2 std".into(), colour: Colour::Ink, edges }],
-        lines: vec![
-            line("learned, no formula", Colour::Ink, points(&c.learned)),
-            line("named law", Colour::Blue, points(&c.law)),
-        ],
-        rug: None,
-        within: view(c),
-    };
-    super::figure(&figure, &format!("Missing force over {}: {name}", c.variable))
-}
-
-/// Both curves with half their span around them: the band may open wide where data are few.
-fn view(c: &Curve) -> Option<(f64, f64)> {
-    let curves = c.learned.iter().chain(&c.law).filter(|v| v.is_finite());
-    let (low, high) =
-        curves.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
-    let half = 0.5 * (high - low);
-    (half > 0.0).then_some((low - half, high + half))
-}
-
-fn description(name: &str, c: &Curve) -> String {
-    let inside = c.at.len().min(c.law.len()).min(c.learned.len()).min(c.std.len());
-    let within = (0..inside).filter(|&k| (c.law[k] - c.learned[k]).abs() <= 2.0 * c.std[k]).count();
-    format!(
-        "Missing force over {}, learned without a formula, with the law of {name} over it; the law \
-         is within two standard deviations at {within} of {inside} points.",
-        c.variable
-    )
-}
-
-fn axis(name: &str, unit: &str) -> String {
-    if unit.is_empty() || unit == "1" { name.to_owned() } else { format!("{name} ({unit})") }
 }

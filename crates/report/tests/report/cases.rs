@@ -4,6 +4,9 @@ use lacuna_discrepancy::diagnosis::*;
 use lacuna_report::Proof;
 use std::collections::BTreeMap;
 
+/// A channel whose name a page must not obey.
+pub const HOSTILE: &str = "<img src=x onerror=\"alert(1)\">";
+
 fn map<T>(items: impl IntoIterator<Item = (&'static str, T)>) -> BTreeMap<String, T> {
     items.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()
 }
@@ -38,6 +41,11 @@ fn friction_curve() -> Curve {
         law,
         at,
     }
+}
+
+/// The same force, learned over some variable before anything is added.
+fn lawless(variable: &str, unit: &str) -> Curve {
+    Curve { variable: variable.into(), variable_unit: unit.into(), law: vec![], ..friction_curve() }
 }
 
 /// A drive that lacks its dry friction; one parameter is off too.
@@ -75,6 +83,7 @@ pub fn missing() -> Diagnosis {
         significance: 9120.4,
         missing_force: 19.62,
         unit: "N".into(),
+        curves: vec![lawless("dq", "m/s"), lawless("t", "s")],
     };
     let calibration =
         |nominal, value, std, unit: &str| Calibration { nominal, value, std, unit: unit.into() };
@@ -103,6 +112,7 @@ pub fn missing() -> Diagnosis {
             held_out: vec!["trajectory.csv".into()],
             samples: 24_841,
             dropped: 12,
+            unmeasured: vec!["current".into()],
             version: "0.1.0".into(),
         },
         notes: vec![
@@ -135,6 +145,7 @@ pub fn two_findings() -> Diagnosis {
         significance: nats,
         missing_force: force,
         unit: "N m".into(),
+        curves: vec![],
     };
     d.location.channels = map([
         ("q1", channel(&["coupling_stiffness"], 31.4, 0.73)),
@@ -167,6 +178,7 @@ pub fn null() -> Diagnosis {
             significance: 1.2,
             missing_force: 0.08,
             unit: "N".into(),
+            curves: vec![],
         },
     )]);
     d.fit.held_out = map([("q", errors("m", 2.1e-5, [2.13e-5, 2.13e-5], [4e-5, 4e-5]))]);
@@ -179,10 +191,16 @@ pub fn unexplained() -> Diagnosis {
     d.verdict = Verdict::Unexplained;
     d.model = "arm <script>alert(1)</script> & \"sons\"".into();
     d.findings.clear();
-    d.location.channels.values_mut().for_each(|m| m.explained_by.clear());
+    d.location.channels.values_mut().for_each(|m| {
+        m.explained_by.clear();
+        m.curves = vec![lawless("dq", "m/s"), lawless("t", "s")];
+    });
+    let hostile = d.location.channels["q2"].clone();
+    d.location.channels.insert(HOSTILE.into(), hostile);
     d.ladder.remove(1);
     d.ladder[1].share = 0.969;
     d.data.held_out = vec!["run <b>7</b>.csv".into(), "x".repeat(300)];
+    d.fit.held_out.insert(HOSTILE.into(), errors("rad", 0.002, [0.3, 0.31], [0.4, 0.4]));
     d.fit.held_out.insert("q<2>".into(), errors("rad", 0.0, [0.3, 0.31], [0.4, f64::MAX]));
     d
 }

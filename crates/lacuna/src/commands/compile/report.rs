@@ -2,6 +2,7 @@
 
 use super::sides::Sides;
 use super::timing::Times;
+use crate::say::sayln;
 use lacuna::occupation::Names;
 use lacuna::occupation::compile::{BOUNDARY_POINTS, Compiled, PROOF_POINTS, Representation};
 use serde::Serialize;
@@ -76,46 +77,59 @@ impl Report {
         }
     }
 
-    pub fn print(&self) {
-        println!(
+    pub fn print(&self) -> std::io::Result<()> {
+        sayln!(
             "{} compiled on the box: relative error {:.1e} (asked for: {:e})",
-            self.model, self.relative_error, self.tolerance
-        );
+            self.model,
+            self.relative_error,
+            self.tolerance
+        )?;
         for side in &self.sides {
             let from = if side.given { "" } else { "  (range of the data)" };
-            println!("  {} from {:.6} to {:.6}{from}", side.argument, side.lower, side.upper);
+            sayln!("  {} from {:.6} to {:.6}{from}", side.argument, side.lower, side.upper)?;
         }
         let width = self.functions.iter().map(|f| f.function.len()).max().unwrap_or(0).max(8);
-        println!(
+        sayln!(
             "{:<width$} {:<10} {:>12} {:>10} {:>11} {:>11} {:>11}",
-            "function", "as", "coefficients", "largest", "error", "relative", "estimate"
-        );
+            "function",
+            "as",
+            "coefficients",
+            "largest",
+            "error",
+            "relative",
+            "estimate"
+        )?;
         for f in &self.functions {
             let kind = match f.representation {
                 Representation::Zero => "zero",
                 Representation::Series => "series",
                 Representation::Landmarks => "landmarks",
             };
-            println!(
+            sayln!(
                 "{:<width$} {kind:<10} {:>12} {:>10.3e} {:>11.3e} {:>11.3e} {:>11.3e}",
-                f.function, f.coefficients, f.magnitude, f.absolute, f.relative, f.estimate
-            );
+                f.function,
+                f.coefficients,
+                f.magnitude,
+                f.absolute,
+                f.relative,
+                f.estimate
+            )?;
         }
-        println!(
+        sayln!(
             "Errors are the largest on {PROOF_POINTS} points of the box and up to {BOUNDARY_POINTS} of its boundary, in \
              the units of\nthe recordings and relative to the function's largest value; the estimate is from what \
              was left out."
-        );
+        )?;
         if self.functions.iter().any(|f| f.representation == Representation::Landmarks) {
-            println!(
+            sayln!(
                 "'landmarks': no series meets the tolerance at less cost; the model's own sum remains."
-            );
+            )?;
         }
         let Times { direct, compiled } = self.median_us;
-        println!(
+        sayln!(
             "One evaluation of all functions: {compiled:.2} us, {direct:.2} us before (medians, measured now); {} numbers.",
             self.numbers
-        );
-        println!("wrote {}", self.out);
+        )?;
+        sayln!("wrote {}", self.out)
     }
 }

@@ -1,9 +1,9 @@
-//! model.json, drift.csv, effectiveness.csv and functions.svg, each written whole or not at all.
+//! model.json, drift.csv, effectiveness.csv and functions.svg, written whole or not at all.
 
 use super::columns::Columns;
 use super::motion::Stretch;
 use super::slices;
-use crate::output::write_whole;
+use crate::output::write_together;
 use lacuna::occupation::IdentifiedModel;
 use lacuna::occupation::identification::Report as Chosen;
 use lacuna::report::figures::grid_svg;
@@ -30,14 +30,9 @@ pub fn write(
         ("effectiveness.csv", effectiveness),
         ("functions.svg", functions + "\n"),
     ];
-    files
-        .into_iter()
-        .map(|(name, text)| {
-            let path = folder.join(name);
-            write_whole(&path, &text)?;
-            Ok(path.display().to_string())
-        })
-        .collect()
+    let files = files.map(|(name, text)| (folder.join(name), text));
+    write_together(&files.each_ref().map(|(path, text)| (path.as_path(), text.as_str())))?;
+    Ok(files.iter().map(|(path, _)| path.display().to_string()).collect())
 }
 
 /// f and g along the training samples with their standard deviations, thinned.

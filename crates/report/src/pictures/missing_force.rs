@@ -1,0 +1,103 @@
+//! The missing force of each channel, as it was learned, and the named laws.
+
+use super::{Drawing, Picture};
+use crate::figures::{Band, Colour, Figure, Line, Style};
+use crate::words;
+use lacuna_discrepancy::Diagnosis;
+use lacuna_discrepancy::diagnosis::{ChannelMismatch, Curve, Finding};
+
+/// Pictures by channel: each finding's law over what the recordings show beside the other laws,
+/// then the curves that were learned before anything is added, over variables without a law.
+pub(crate) fn missing_forces(d: &Diagnosis) -> Vec<(String, Vec<Picture>)> {
+    let mut names: Vec<&String> = d.location.channels.keys().collect();
+    names.extend(d.findings.iter().map(|f| &f.channel));
+    names.sort();
+    names.dedup();
+    let one = |name: &String| (name.clone(), channel(d, name, d.location.channels.get(name)));
+    names.into_iter().map(one).filter(|(_, pictures)| !pictures.is_empty()).collect()
+}
+
+fn channel(d: &Diagnosis, name: &str, mismatch: Option<&ChannelMismatch>) -> Vec<Picture> {
+    let named: Vec<(&Finding, &Curve)> = d
+        .findings
+        .iter()
+        .filter(|f| f.channel == name)
+        .filter_map(|f| Some((f, f.curve.as_ref()?)))
+        .collect();
+    let lawless = |c: &&Curve| named.iter().all(|(_, n)| n.variable != c.variable);
+    let learned = mismatch.into_iter().flat_map(|m| &m.curves).filter(lawless);
+    let law = |(finding, c): &(&Finding, &Curve)| {
+        let what = words::name(finding);
+        picture(name, c, &format!("{what}, over {}", c.variable), Some(&what))
+    };
+    let bare = |c| {
+        picture(
+            name,
+            c,
+            &format!("Missing in {name} before anything is added, over {}", c.variable),
+            None,
+        )
+    };
+    named.iter().map(law).chain(learned.map(bare)).collect()
+}
+
+/// The learned force with a band of two standard deviations, and the law, if any, over it.
+fn picture(channel: &str, c: &Curve, caption: &str, law: Option<&str>) -> Picture {
+    let points = |y: &[f64]| c.at.iter().copied().zip(y.iter().copied()).collect();
+    let edges = c.at.iter().zip(&c.learned).zip(&c.std);
+    let edges = edges.map(|((&x, &y), &s)| (x, y - 2.0 * s, y + 2.0 * s)).collect();
+    let line = |label: &str, colour, style, values: &[f64]| Line {
+        label: label.into(),
+        colour,
+        style,
+        points: points(values),
+    };
+    // Beneath a law that is right a thin line would not be seen.
+    let style = if c.law.is_empty() { Style::Solid } else { Style::Broad };
+    let mut lines = vec![line("learned, no formula", Colour::Ink, style, &c.learned)];
+    if !c.law.is_empty() {
+        lines.push(line("named law", Colour::Blue, Style::Solid, &c.law));
+    }
+    let figure = Figure {
+        description: description(channel, c, law),
+        x: axis(&c.variable, &c.variable_unit),
+        y: axis("missing force", &c.force_unit),
+        bands: vec![Band { label: "± 2 std".into(), colour: Colour::Ink, edges }],
+        lines,
+        rug: None,
+        within: view(c),
+    };
+    Picture {
+        kind: "missing-force",
+        of: format!("{channel} {}", c.variable),
+        caption: caption.to_owned(),
+        drawing: Drawing::Figure(figure),
+    }
+}
+
+/// Both curves with half their span around them: the band may open wide where data are few.
+fn view(c: &Curve) -> Option<(f64, f64)> {
+    let curves = c.learned.iter().chain(&c.law).filter(|v| v.is_finite());
+    let (low, high) =
+        curves.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
+    let half = 0.5 * (high - low);
+    (half > 0.0).then_some((low - half, high + half))
+}
+
+fn description(channel: &str, c: &Curve, law: Option<&str>) -> String {
+    let start = format!(
+        "Missing force in the equation of {channel} over {}, learned without a formula",
+        c.variable
+    );
+    let Some(law) = law else { return format!("{start}, with a band of two standard deviations.") };
+    let inside = c.at.len().min(c.law.len()).min(c.learned.len()).min(c.std.len());
+    let within = (0..inside).filter(|&k| (c.law[k] - c.learned[k]).abs() <= 2.0 * c.std[k]).count();
+    format!(
+        "{start}, with the law of {law} over it; the law is within two standard deviations at \
+         {within} of {inside} points."
+    )
+}
+
+fn axis(name: &str, unit: &str) -> String {
+    if unit.is_empty() || unit == "1" { name.to_owned() } else { format!("{name} ({unit})") }
+}
