@@ -36,7 +36,8 @@ fn drawn(figure: &Path) {
     }
     assert!(!svg.contains("g of x by u against dx"), "g depends on x alone");
     // Three diagrams, each with its curve's band, under one legend.
-    for (text, count) in [("median", 3), ("± 2 standard deviations", 1), ("<polygon", 3)] {
+    for (text, count) in [("median\n", 3), ("± 2 standard deviations\n", 1), ("class=\"band\"", 3)]
+    {
         assert_eq!(svg.matches(text).count(), count, "{text}");
     }
 }
