@@ -36,6 +36,12 @@ fn a_local_force_is_an_unknown_function_of_the_right_variable_in_the_right_place
     assert!(f.says.contains("acts only where q is between"), "{}", f.says);
     let location = &d.location.channels["q"];
     assert!(location.significance > 100.0 && location.region.contains_key("q"), "{location:?}");
+    // The curve of the location, learned before anything is added, peaks at the bump.
+    let learned = &location.curves[0];
+    assert!(learned.variable == "q" && learned.law.is_empty(), "{learned:?}");
+    let pairs = learned.at.iter().zip(&learned.learned);
+    let peak = pairs.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).expect("a curve has points");
+    assert!((peak.0 - 0.35).abs() < 0.15, "{peak:?}");
 }
 
 #[test]
@@ -70,6 +76,7 @@ fn a_first_order_state_may_be_hidden() {
     let d = diagnosed(&model, &hide(bench.record(&bench.truth(leak), 94, 4))).diagnosis;
     assert_eq!(d.verdict, Verdict::MissingPhysics);
     assert_eq!(d.findings[0].channel, "h2", "{:?}", d.findings);
+    assert_eq!(d.data.unmeasured, ["h1"]);
 }
 
 #[test]

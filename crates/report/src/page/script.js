@@ -101,7 +101,10 @@
       svg.addEventListener("pointermove", (e) => this.move(e));
       svg.addEventListener("pointerup", (e) => this.release(e));
       svg.addEventListener("pointercancel", () => this.drop());
-      svg.addEventListener("pointerleave", () => this.from === undefined && this.point(null));
+      // A finger that is lifted leaves too; what it pointed at stays until it taps elsewhere.
+      svg.addEventListener("pointerleave", (e) => {
+        if (this.from === undefined && e.pointerType !== "touch") this.point(null);
+      });
       svg.addEventListener("dblclick", () => this.zoom(this.whole));
       svg.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
       this.box.addEventListener("keydown", (e) => this.key(e));

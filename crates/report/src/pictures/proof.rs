@@ -101,10 +101,11 @@ fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize)
     let cut = within.is_some_and(|(_, high)| before.iter().any(|v| v.abs() > high));
     let ends = p.time.first().into_iter().chain(p.time.last());
     let edges = ends.map(|&t| (t, -2.0 * noise, 2.0 * noise)).collect();
+    let band = Band { label: "± 2 std noise".into(), colour: Colour::Ink, edges };
     let figure = Figure {
         description: format!(
-            "Residuals of {} in {} over time, measured minus model: rms {} before, {} after; the \
-             band is two standard deviations of the noise, {}, to both sides.",
+            "Residuals of {} in {} over time, measured minus model: rms {} before, {} after; two \
+             standard deviations of the noise are {}.",
             p.channel,
             p.recording,
             plain(rms(before), &p.unit),
@@ -113,7 +114,7 @@ fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize)
         ),
         x: "time (s)".into(),
         y: format!("{} - model ({})", p.channel, p.unit),
-        bands: vec![Band { label: "± 2 std noise".into(), colour: Colour::Ink, edges }],
+        bands: if noise > 0.0 { vec![band] } else { vec![] },
         lines: vec![
             line(
                 if cut { "before (cut off)" } else { "before" },
