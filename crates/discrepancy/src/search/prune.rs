@@ -160,7 +160,7 @@ impl Search<'_> {
 
 /// Whether a curve is worth giving up a name: it leaves nothing but noise, or little of what the
 /// name leaves. A law whose formula is not quite reality's is still the better answer.
-fn worth_a_curve(named: &Fit, learned: &Fit) -> bool {
+pub(super) fn worth_a_curve(named: &Fit, learned: &Fit) -> bool {
     let excess = |f: &Fit| (f.reduced() - 1.0).max(0.0);
     named.hypothesis.supposed().is_empty()
         || learned.reduced() < NEAR

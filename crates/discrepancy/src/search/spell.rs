@@ -2,8 +2,9 @@
 //! two simple ones that only together are right; a free curve shows them both. Where one or two
 //! laws of the catalogue follow the curve as well as the recordings can tell, they are its name.
 
-use super::forward::curve_covers;
+use super::forward::{NEAR, curve_covers};
 use super::gain::{Worth, gain};
+use super::prune::worth_a_curve;
 use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::{Fit, QUICK};
@@ -53,7 +54,9 @@ impl Search<'_> {
         let Some(best) = best else { return path };
         let lead = worth.gain(&path.fit, &best);
         (self.progress)(&format!("named laws lead the curve by {lead:.1} nats"));
-        if lead > 0.0 { self.named_instead(path, best, lead) } else { path }
+        // Where neither leaves nothing but noise, what the curve follows better need not be physics.
+        let nearly = path.fit.reduced() > NEAR && !worth_a_curve(&best, &path.fit);
+        if lead > 0.0 || nearly { self.named_instead(path, best, lead.max(0.0)) } else { path }
     }
 
     /// The path with what a curve was spelled as in the place of the curve.
