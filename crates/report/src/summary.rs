@@ -62,12 +62,11 @@ fn fit(out: &mut Lines, d: &Diagnosis) {
     if channels.is_empty() {
         return;
     }
-    out.add("", 2, "Error on held-out recordings (rms), before -> after:");
+    let more = channels.len().saturating_sub(CHANNELS);
+    let others = if more > 0 { format!(" ({more} more on the page)") } else { String::new() };
+    out.add("", 2, &format!("Error on held-out recordings (rms), before -> after{others}:"));
     for (name, fit) in channels.iter().take(CHANNELS) {
         out.add("", 4, &channel(name, fit));
-    }
-    if let Some(more) = channels.len().checked_sub(CHANNELS).filter(|&n| n > 0) {
-        out.add(DIM, 4, &format!("and {more} more, on the page"));
     }
 }
 

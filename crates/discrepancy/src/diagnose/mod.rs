@@ -4,6 +4,7 @@ mod findings;
 mod location;
 mod outcome;
 mod proof;
+mod rungs;
 mod separate;
 mod split;
 

@@ -2,8 +2,8 @@
 
 use super::Outcome;
 use crate::dataset::{Dataset, Observed};
-use crate::diagnosis::{Calibration, DataUsed, Diagnosis, Rung, SCHEMA, Verdict};
-use crate::likelihood::{Fit, Problem};
+use crate::diagnosis::{Calibration, DataUsed, Diagnosis, SCHEMA, Verdict};
+use crate::likelihood::Problem;
 use crate::search::gain::{RELEVANT, THRESHOLD, gain};
 use crate::search::validate::refuted;
 use crate::search::{EXPLAINED, Found};
@@ -122,27 +122,6 @@ impl<'a> Ladder<'a> {
 
     pub(super) fn new_effect(&self, e: &ModelEffect) -> NewEffect {
         NewEffect::of(self.problem.model, e)
-    }
-
-    /// Shares of the misfit that each rung takes away, in the order of the ladder.
-    fn rungs(&self) -> Vec<Rung> {
-        let found = &self.found;
-        let total = (found.nominal.reduced() - 1.0).max(1e-12);
-        let excess = |f: &Fit| ((f.reduced() - 1.0) / total).clamp(0.0, 1.0);
-        let mut rungs = Vec::new();
-        let after_calibration = excess(&found.calibrated);
-        let calibration = (1.0 - after_calibration).max(0.0);
-        rungs.push(Rung { what: "calibration".to_owned(), share: calibration });
-        let named = (after_calibration - excess(&found.chosen)).max(0.0);
-        let gains: f64 = found.named.iter().map(|n| n.gain.max(0.0)).sum();
-        for (e, n) in self.effects.iter().zip(&found.named) {
-            let share = if gains > 0.0 { named * n.gain.max(0.0) / gains } else { named };
-            let model = self.problem.model;
-            let on = model.effect_channel_name(e.effect, e.channel);
-            rungs.push(Rung { what: format!("{} on {on}", e.effect.words), share });
-        }
-        rungs.push(Rung { what: "unexplained".to_owned(), share: excess(&found.chosen) });
-        rungs
     }
 
     fn data(&self) -> DataUsed {

@@ -19,6 +19,9 @@ const POINTS: usize = 2000;
 /// Spellings that are fitted with the differential equation.
 const FITTED: usize = 4;
 
+/// Nats by which names are preferred to a curve that they nearly follow, at least.
+const PREFERRED: f64 = 2.0;
+
 /// One or two laws with amplitudes, and how far they are from the curve.
 struct Spelling {
     laws: Vec<(Term, Vec<f64>)>,
@@ -56,7 +59,11 @@ impl Search<'_> {
         (self.progress)(&format!("named laws lead the curve by {lead:.1} nats"));
         // Where neither leaves nothing but noise, what the curve follows better need not be physics.
         let nearly = path.fit.reduced() > NEAR && !worth_a_curve(&best, &path.fit);
-        if lead > 0.0 || nearly { self.named_instead(path, best, lead.max(0.0)) } else { path }
+        if lead > 0.0 || nearly {
+            self.named_instead(path, best, lead.max(PREFERRED))
+        } else {
+            path
+        }
     }
 
     /// The path with what a curve was spelled as in the place of the curve.

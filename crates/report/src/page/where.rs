@@ -42,9 +42,9 @@ fn ladder(d: &Diagnosis) -> Markup {
             }
         }
         p.about {
-            "Shares of the mean square misfit above the noise, on the recordings that were fitted, step "
-            "by step: what other values of the model's parameters take away by themselves, then each "
-            "effect on top, and what is left." (noise(d))
+            "Shares of the mean square misfit above the noise, on the recordings that were fitted: what "
+            "other values of the model's parameters take away, what each effect does (where one can "
+            "stand for the other, half to each), and what is left." (noise(d))
         }
     }
 }
@@ -56,7 +56,7 @@ fn noise(d: &Diagnosis) -> String {
     let worst = known.max_by(|a, b| over(a.1).total_cmp(&over(b.1)));
     worst.map_or_else(String::new, |(channel, f)| {
         format!(
-            " The noise is in none of these shares: with all steps the error there is at most {} \
+            " The noise is in none of these shares: with all of them the error there is at most {} \
              times the noise, in {channel}.",
             ratio(over(f))
         )
