@@ -9,6 +9,8 @@ use lacuna_discrepancy::diagnosis::{
 pub(crate) const LIKELY: f64 = 0.02;
 /// A parameter that moved by more than this many standard deviations is worth a line.
 const MOVED: f64 = 2.0;
+/// Relative change of a parameter that rounds to 0.1 %.
+const VISIBLE: f64 = 5e-4;
 /// An error that falls by less than this share has not fallen.
 const FALLS: f64 = 0.05;
 
@@ -119,9 +121,13 @@ pub(crate) fn times_noise(fit: &ChannelFit) -> Option<String> {
     (fit.noise > 0.0 && times.is_finite()).then(|| format!("{} times the noise", ratio(times)))
 }
 
-/// Parameters that the recordings move by more than two standard deviations.
+/// Parameters that the recordings move by more than two standard deviations, and by enough to be
+/// seen in the digits that are shown.
 pub fn moved(d: &Diagnosis) -> impl Iterator<Item = (&str, &Calibration)> {
-    let far = |c: &Calibration| (c.value - c.nominal).abs() > MOVED * c.std;
+    let far = |c: &Calibration| {
+        let change = (c.value - c.nominal).abs();
+        change > MOVED * c.std && change >= VISIBLE * c.nominal.abs()
+    };
     d.calibration.iter().filter(move |(_, c)| far(c)).map(|(name, c)| (name.as_str(), c))
 }
 
