@@ -123,7 +123,7 @@ impl<'p> Search<'p> {
             path = self.forward(path, Some(gained), None, MOST_EFFECTS);
             path = self.unknown(&calibrated, &look, path);
         }
-        let path = self.validate(self.prune(path));
+        let path = self.validate(&calibrated, self.prune(path));
         let chosen = chain::best_length(self.problem, chain::polish(self.problem, path.fit));
         let again = self.like(&chosen, &calibrated).ok_or_else(|| self.diverges())?;
         let held = Hypothesis::of(self.problem.model).held();

@@ -37,8 +37,9 @@ pub fn refuted(held_out: &Problem, without: &Hypothesis, with: &Hypothesis) -> b
 
 impl Search<'_> {
     /// Take away the effects that the held-out recordings speak against, and what an effect says
-    /// beyond a simpler law if they speak against that.
-    pub(super) fn validate(&self, path: Path) -> Path {
+    /// beyond a simpler law if they speak against that; all of them, if they speak against them
+    /// together.
+    pub(super) fn validate(&self, calibrated: &Fit, path: Path) -> Path {
         let mut path = self.simplified(path);
         for k in (0..path.named.len()).rev() {
             let h = path.fit.hypothesis.clone().without(k);
@@ -47,6 +48,10 @@ impl Search<'_> {
                 path.named.remove(k);
                 path.fit = chain::polish(self.problem, without);
             }
+        }
+        let together = &path.fit.hypothesis;
+        if !path.named.is_empty() && refuted(self.held_out, &calibrated.hypothesis, together) {
+            return Path { fit: calibrated.clone(), named: vec![] };
         }
         path
     }
