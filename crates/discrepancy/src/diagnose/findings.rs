@@ -28,7 +28,7 @@ impl Ladder<'_> {
         // trade with it would show its doubt, not the force's.
         let mut held = self.found.chosen.clone();
         held.hypothesis = held.hypothesis.held();
-        let beside = Beside { screen: Screen::new(self.problem, &held), motion: self.motion() };
+        let beside = Beside { screen: Screen::new(&held).ok(), motion: self.motion() };
         let named = self.effects.iter().zip(&self.found.named);
         let mut findings: Vec<Finding> =
             named.map(|(e, named)| self.finding(e, named, &beside)).collect();
@@ -193,19 +193,10 @@ impl Ladder<'_> {
 
     /// The motion of the chosen model.
     fn motion(&self) -> Vec<SmoothedRecording> {
-        let paths = self.found.chosen.paths(self.problem);
+        // Where the chosen model diverges, the motion is what the recordings say.
+        let Ok(paths) = self.found.chosen.paths() else { return self.problem.smoothed.clone() };
         let smoothed = self.problem.smoothed.iter().zip(&paths);
-        smoothed
-            .map(
-                |(s, path)| {
-                    if path.len() < s.len() {
-                        s.clone()
-                    } else {
-                        s.along(path, path.len() / s.len())
-                    }
-                },
-            )
-            .collect()
+        smoothed.map(|(s, path)| s.along(path, path.len() / s.len())).collect()
     }
 
     /// The learned force and the law over the variable that it depends on, for laws of one

@@ -3,7 +3,6 @@
 use super::outcome::Ladder;
 use crate::diagnosis::{ChannelMismatch, Curve, Finding, Location};
 use crate::screen::{Learned, Over, Screen};
-use crate::search::gain::THRESHOLD;
 use std::collections::BTreeMap;
 
 /// A curve acts where it is larger than this many of its standard deviations ...
@@ -15,7 +14,7 @@ impl Ladder<'_> {
     /// What is missing on each channel before anything is added.
     pub(super) fn location(&self, findings: &[Finding]) -> Location {
         let model = self.problem.model;
-        let screen = Screen::new(self.problem, &self.found.calibrated);
+        let screen = Screen::new(&self.found.calibrated).ok();
         let channels = (0..model.channels()).map(|c| {
             let name = model.channel_name(c).to_owned();
             let explained_by =
@@ -54,7 +53,7 @@ impl Ladder<'_> {
         let squares: f64 = best.force.iter().map(|f| f * f).sum();
         mismatch.significance = best.gain.max(0.0);
         mismatch.missing_force = (squares / best.force.len() as f64).sqrt();
-        if best.gain < THRESHOLD {
+        if best.gain < self.decision.prior_odds {
             return mismatch;
         }
         mismatch.curves = self.shown(channel, &learned);
@@ -73,7 +72,7 @@ impl Ladder<'_> {
     /// where the evidence supports it.
     fn shown(&self, channel: usize, learned: &[(Over, Learned)]) -> Vec<Curve> {
         let shown = learned.iter().enumerate().filter(|(rank, (over, curve))| {
-            curve.gain >= THRESHOLD && (*rank == 0 || *over == Over::Time)
+            curve.gain >= self.decision.prior_odds && (*rank == 0 || *over == Over::Time)
         });
         let curve = |(_, (over, curve)): (usize, &(Over, Learned))| {
             let (variable, variable_unit) = self.variable(channel, *over);

@@ -1,5 +1,6 @@
 //! A hypothesis on one recording, stepped from sample to sample in any kind of number.
 
+use super::end::Diverged;
 use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_effects::Law;
@@ -27,13 +28,16 @@ pub(super) struct Chain<'p, T: Number> {
 
 impl<T: Number> Chain<'_, T> {
     /// Outputs over a window from a whole state, which is left at the window's end (of the
-    /// sample after it where there is one); `None` where the model diverges.
+    /// sample after it where there is one).
+    ///
+    /// # Errors
+    /// [`Diverged`].
     pub(super) fn window(
         &self,
         w: &Window,
         state: &mut [T],
         mut visit: impl FnMut(&[T]),
-    ) -> Option<Vec<Vec<T>>> {
+    ) -> Result<Vec<Vec<T>>, Diverged> {
         let mut workspace = self.system.workspace();
         let count = self.problem.dataset.outputs.len();
         let mut out = vec![Vec::with_capacity(w.range.len()); count];
@@ -58,11 +62,11 @@ impl<T: Number> Chain<'_, T> {
             self.system.advance(&mut workspace, span, (&here, &next), self.substeps, state);
             let diverged = |x: &T| x.value().is_nan() || x.value().abs() > DIVERGED;
             if state.iter().any(diverged) {
-                return None;
+                return Err(Diverged { recording: self.observed.name.clone(), time: times[k + 1] });
             }
         }
         self.sense(&times[w.range.clone()], &mut out);
-        Some(out)
+        Ok(out)
     }
 
     fn input(&self, k: usize) -> Vec<T> {

@@ -190,4 +190,15 @@ impl Hypothesis {
     pub fn penalty(&self, theta: &[f64]) -> f64 {
         self.free.iter().zip(theta).map(|(f, t)| ((t - f.mean) / f.sd).powi(2)).sum()
     }
+
+    /// Logarithm of the mass that the normal priors of all entries have within their bounds.
+    #[must_use]
+    pub fn log_prior_mass(&self) -> f64 {
+        let below = |x: f64| 0.5 * libm::erfc(-x * std::f64::consts::FRAC_1_SQRT_2);
+        let within = |f: &Free| {
+            let at = |bound: f64| below((bound - f.mean) / f.sd);
+            (at(f.bounds.1) - at(f.bounds.0)).max(f64::MIN_POSITIVE).ln()
+        };
+        self.free.iter().map(within).sum()
+    }
 }

@@ -12,6 +12,7 @@ use lacuna_plants::model::{
 };
 use lacuna_plants::{Dual, Number};
 use lacuna_recordings::Sampling;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One value in so many is left out at either end of a channel's range.
 const ENDS: usize = 2000;
@@ -40,6 +41,8 @@ pub struct Problem<'a> {
     channels: Vec<Scales>,
     /// Magnitudes of each input.
     inputs: Vec<Scales>,
+    /// Set from outside when nobody waits for fits any more.
+    cancelled: Option<&'a AtomicBool>,
 }
 
 impl<'a> Problem<'a> {
@@ -73,6 +76,7 @@ impl<'a> Problem<'a> {
             hidden: hidden.collect(),
             channels: vec![],
             inputs: vec![],
+            cancelled: None,
         };
         for motion in &mut this.smoothed {
             super::hidden::guess(model, &this.hidden, motion);
@@ -80,6 +84,18 @@ impl<'a> Problem<'a> {
         this.channels = this.channel_scales();
         this.inputs = (0..model.inputs.len()).map(|j| this.input_scales(j)).collect();
         Ok(this)
+    }
+
+    /// The same, its fits to be given up as soon as `cancelled` is set.
+    #[must_use]
+    pub fn cancelled_by(self, cancelled: &'a AtomicBool) -> Self {
+        Self { cancelled: Some(cancelled), ..self }
+    }
+
+    /// Whether fits are to be given up.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.is_some_and(|c| c.load(Ordering::Relaxed))
     }
 
     /// Magnitudes that an effect on a channel (or input, or sensor) is judged by.

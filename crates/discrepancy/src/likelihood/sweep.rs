@@ -1,6 +1,7 @@
 //! One recording run through in its windows, in plain or in dual numbers.
 
 use super::chain::{Chain, parameter_step};
+use super::end::Diverged;
 use super::{Hypothesis, Problem, Window};
 use lacuna_effects::Law;
 use lacuna_plants::model::{Direction, System};
@@ -26,23 +27,28 @@ pub struct Columns {
     pub by: Vec<Vec<f64>>,
 }
 
-/// Sum of squares of the weighted residuals of a recording; infinite where the model diverges.
-#[must_use]
+/// Sum of squares of the weighted residuals of each window of a recording.
+///
+/// # Errors
+/// [`Diverged`].
 pub fn squares(
     problem: &Problem,
     hypothesis: &Hypothesis,
     windows: &[Window],
     starts: &Starts,
     substeps: usize,
-) -> f64 {
-    let mut sum = 0.0;
-    let followed = residuals(problem, hypothesis, windows, starts, substeps, |r| {
-        sum += r.iter().map(|r| r * r).sum::<f64>();
-    });
-    if followed && sum.is_finite() { sum } else { f64::INFINITY }
+) -> Result<Vec<f64>, Diverged> {
+    let mut sums = Vec::with_capacity(windows.len());
+    residuals(problem, hypothesis, windows, starts, substeps, |r| {
+        sums.push(r.iter().map(|r| r * r).sum::<f64>());
+    })?;
+    Ok(sums)
 }
 
-/// Weighted residuals of each window of a recording, in order; `false` where the model diverges.
+/// Weighted residuals of each window of a recording, in order.
+///
+/// # Errors
+/// [`Diverged`], after the windows before it.
 pub fn residuals(
     problem: &Problem,
     hypothesis: &Hypothesis,
@@ -50,7 +56,7 @@ pub fn residuals(
     starts: &Starts,
     substeps: usize,
     mut each: impl FnMut(Vec<f64>),
-) -> bool {
+) -> Result<(), Diverged> {
     let residual = |w: &Window, out: Vec<Vec<f64>>| {
         let mut residual = Vec::new();
         scan(problem, w, &out, |measured, y, weight| residual.push((measured - y) * weight));
@@ -59,24 +65,25 @@ pub fn residuals(
     run_through(problem, hypothesis, (windows, starts), substeps, |_| (), residual)
 }
 
-/// The whole state at each sample of a recording, windows run through; empty where it diverges.
-#[must_use]
+/// The whole state at each sample of a recording, windows run through.
+///
+/// # Errors
+/// [`Diverged`].
 pub fn trajectory(
     problem: &Problem,
     hypothesis: &Hypothesis,
     windows: &[Window],
     starts: &Starts,
     substeps: usize,
-) -> Vec<f64> {
+) -> Result<Vec<f64>, Diverged> {
     let mut out = Vec::new();
     let visit = |x: &[f64]| out.extend_from_slice(x);
-    let followed = run_through(problem, hypothesis, (windows, starts), substeps, visit, |_, _| ());
-    if followed { out } else { vec![] }
+    run_through(problem, hypothesis, (windows, starts), substeps, visit, |_, _| ())?;
+    Ok(out)
 }
 
 /// Run through the windows of a recording, memory running on from each to the next: `visit` the
-/// whole state at each sample, then hand on each window's outputs. `false` where the model
-/// diverges.
+/// whole state at each sample, then hand on each window's outputs.
 fn run_through(
     problem: &Problem,
     h: &Hypothesis,
@@ -84,7 +91,7 @@ fn run_through(
     substeps: usize,
     mut visit: impl FnMut(&[f64]),
     mut each: impl FnMut(&Window, Vec<Vec<f64>>),
-) -> bool {
+) -> Result<(), Diverged> {
     let observed = &problem.dataset.recordings[windows[0].recording];
     let chain = Chain {
         problem,
@@ -101,29 +108,31 @@ fn run_through(
     let mut memory = starts.memory.clone();
     for (w, x) in windows.iter().zip(&starts.machine) {
         let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
-        let Some(out) = chain.window(w, &mut state, &mut visit) else { return false };
+        let out = chain.window(w, &mut state, &mut visit)?;
         memory.copy_from_slice(&state[machine..]);
         each(w, out);
     }
-    true
+    Ok(())
 }
 
 /// Residuals of the windows of one recording with their derivatives by the machine's states,
-/// the memory and theta. `None` where the model diverges.
+/// the memory and theta.
 ///
 /// Memory that runs on into a window is taken to depend on theta, not on the states of the
 /// windows before it.
-#[must_use]
+///
+/// # Errors
+/// [`Diverged`].
 pub fn linearise(
     problem: &Problem,
     hypothesis: &Hypothesis,
     windows: &[Window],
     starts: &Starts,
     substeps: usize,
-) -> Option<Vec<Columns>> {
+) -> Result<Vec<Columns>, Diverged> {
     let machine = problem.model.machine_states();
     let entries = machine + starts.memory.len() + hypothesis.free.len();
-    let parts: Option<Vec<Vec<Columns>>> = (0..entries.div_ceil(LANES))
+    let parts: Result<Vec<Vec<Columns>>, Diverged> = (0..entries.div_ceil(LANES))
         .into_par_iter()
         .map(|chunk| {
             let lanes = chunk * LANES..((chunk + 1) * LANES).min(entries);
@@ -137,7 +146,7 @@ pub fn linearise(
             columns.by.extend(part.by);
         }
     }
-    Some(all)
+    Ok(all)
 }
 
 /// Some of the entries, carried along in the lanes of dual numbers.
@@ -213,7 +222,7 @@ impl Lanes<'_> {
         moved.iter().zip(inputs).map(|(a, b)| (a - b) / step).collect()
     }
 
-    fn run(&self) -> Option<Vec<Columns>> {
+    fn run(&self) -> Result<Vec<Columns>, Diverged> {
         let (chain, slopes) = (self.chain(), self.slopes());
         let machine = self.problem.model.machine_states();
         let seed = |value: f64, entry: usize| match self.lane(entry) {
@@ -231,7 +240,7 @@ impl Lanes<'_> {
             self.forget(&mut memory);
             all.push(self.columns(w, &out, &slopes));
         }
-        Some(all)
+        Ok(all)
     }
 
     /// Memory forgets the states of the window that it leaves.

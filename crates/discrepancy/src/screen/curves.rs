@@ -86,7 +86,7 @@ impl Screen<'_> {
         const POINTS: usize = 96;
         let term = self.curve(channel, over)?;
         let Law::Force(law) = term.candidate.effect.law else { return None };
-        let (sd, _, price) = self.priors(&term);
+        let (sd, _) = self.priors(&term);
         let normal = self.amplitudes(&term)?;
         let (gain, amplitudes, covariance) = self.solve(&normal, &sd);
         let (from, to) = (term.shape[0], term.shape[1]);
@@ -101,6 +101,6 @@ impl Screen<'_> {
             let b = nalgebra::DVector::from_column_slice(&basis);
             std.push(b.dot(&(&covariance * &b)).max(0.0).sqrt());
         }
-        Some(Learned { at, force, std, gain: gain - price })
+        Some(Learned { at, force, std, gain })
     }
 }

@@ -42,7 +42,8 @@ pub enum Drive {
 impl Maps {
     /// Linearise a recording along the states `path` (rows of the whole state).
     #[must_use]
-    pub fn new(problem: &Problem, fit: &Fit, recording: usize, path: &[f64]) -> Self {
+    pub fn new(fit: &Fit, recording: usize, path: &[f64]) -> Self {
+        let problem = fit.problem;
         let (model, h) = (problem.model, &fit.hypothesis);
         let observed = &problem.dataset.recordings[recording];
         let m = model.inputs.len();
@@ -125,7 +126,7 @@ impl Maps {
 
 struct Linear<'p> {
     problem: &'p Problem<'p>,
-    fit: &'p Fit,
+    fit: &'p Fit<'p>,
     times: &'p [f64],
     inputs: &'p [f64],
     width: usize,

@@ -4,23 +4,26 @@
 use super::forward::{Tried, rank};
 use super::{Search, chain};
 use crate::candidates::Candidate;
+use crate::likelihood::evidence::common_temperature;
 use crate::likelihood::{Effort, FULL, Fit};
 use lacuna_effects::find;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
 
-impl Search<'_> {
+impl<'p> Search<'p> {
     /// Add to the fitted candidates the other laws of dry friction where one is among the best.
-    pub(super) fn add_variants(&self, tried: &mut Vec<Tried>) {
-        rank(self.problem, tried);
+    pub(super) fn add_variants(&self, tried: &mut Vec<Tried<'p>>) {
+        rank(tried);
         let best = tried.iter().take(2).find(|t| t.candidate.is_dry_friction());
         let more = best.map_or(vec![], |best| {
             let last = best.fit.hypothesis.supposed().len() - 1;
             self.variants(&best.fit, last)
         });
+        let temperature = common_temperature(tried.iter().chain(&more).map(|t| &t.fit));
+        let evidence = |t: &Tried| t.fit.log_evidence(temperature);
         for new in more {
             match tried.iter_mut().find(|t| t.candidate == new.candidate) {
-                Some(old) if old.fit.log_evidence() < new.fit.log_evidence() => *old = new,
+                Some(old) if evidence(old) < evidence(&new) => *old = new,
                 Some(_) => {}
                 None => tried.push(new),
             }
@@ -28,25 +31,25 @@ impl Search<'_> {
     }
 
     /// The best of the other laws in the place of effect `k`.
-    pub(super) fn best_variant(&self, fit: &Fit, k: usize) -> Option<Tried> {
+    pub(super) fn best_variant(&self, fit: &Fit<'p>, k: usize) -> Option<Tried<'p>> {
         let own = super::candidate_of(fit.hypothesis.supposed().get(k)?);
         let mut tried = self.variants(fit, k);
         tried.retain(|t| t.candidate != own);
-        rank(self.problem, &mut tried);
+        rank(&mut tried);
         tried.into_iter().next()
     }
 
     /// A fit with effect `k` written as the law that it holds as a special case, at its best.
-    pub(super) fn special_case(&self, fit: &Fit, k: usize) -> Option<Fit> {
+    pub(super) fn special_case<'f>(&self, fit: &Fit<'f>, k: usize) -> Option<Fit<'f>> {
         let fitted = fit.hypothesis.supposed().get(k)?;
         let mut others = other_friction(fitted, self).into_iter();
         let simple = others.find(|e| e.effect.parameters.len() < fitted.effect.parameters.len())?;
         let plain = fit.hypothesis.clone().without(k);
-        fit.refit(self.problem, self.with(&plain, simple), FULL)
+        fit.refit(self.with(&plain, simple), FULL).ok()
     }
 
     /// Effect `k` of a fit written with the other laws of its kind, each at its best.
-    fn variants(&self, fit: &Fit, k: usize) -> Vec<Tried> {
+    fn variants(&self, fit: &Fit<'p>, k: usize) -> Vec<Tried<'p>> {
         let Some(fitted) = fit.hypothesis.supposed().get(k) else { return vec![] };
         let plain = fit.hypothesis.clone().without(k);
         let glance = Effort { steps: 3, least: 0.3 };
@@ -54,19 +57,19 @@ impl Search<'_> {
             .into_par_iter()
             .map(|effect| {
                 let candidate = super::candidate_of(&effect);
-                let fit = fit.refit(self.problem, self.with(&plain, effect), glance)?;
+                let fit = fit.refit(self.with(&plain, effect), glance).ok()?;
                 Some(Tried { candidate, fit })
             })
             .collect();
         let mut glanced: Vec<Tried> = glanced.into_iter().flatten().collect();
-        rank(self.problem, &mut glanced);
+        rank(&mut glanced);
         let mut best: Vec<Tried> = vec![];
         for t in glanced {
             if best.iter().all(|b| b.candidate != t.candidate) {
                 best.push(t);
             }
         }
-        let polish = |t: Tried| Tried { fit: chain::polish(self.problem, t.fit), ..t };
+        let polish = |t: Tried<'p>| Tried { fit: chain::polish(t.fit), ..t };
         best.into_par_iter().map(polish).collect()
     }
 }
