@@ -2,7 +2,7 @@
 
 use crate::number::{change, diverged, percent, plain, ratio, with_std};
 use lacuna_discrepancy::diagnosis::{
-    Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, Verdict,
+    Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, ProofOutcome, Verdict,
 };
 
 /// Rivals below this probability are left out of the summary.
@@ -28,6 +28,9 @@ pub fn headline(d: &Diagnosis) -> String {
         Verdict::MissingPhysics => format!("Missing from {}: {}", d.model, list(&named(d, false))),
         Verdict::SensorFault if d.findings.is_empty() => "A sensor is wrong".to_owned(),
         Verdict::SensorFault => format!("A sensor is wrong: {}", list(&named(d, false))),
+        Verdict::Unexplained if d.proof == ProofOutcome::Worse => {
+            format!("{} is wrong, and what fits best failed the proof", d.model)
+        }
         Verdict::Unexplained => format!("{} is wrong in a way not in the catalogue", d.model),
     }
 }
@@ -56,6 +59,10 @@ pub fn verdict(d: &Diagnosis) -> String {
         Verdict::SensorFault => (
             format!("A sensor is wrong, not the physics: {}", list(&named(d, true))),
             "; with it in the model ",
+        ),
+        Verdict::Unexplained if d.proof == ProofOutcome::Worse => (
+            format!("{model} is wrong, but what fits the training recordings failed the proof"),
+            "; as it was given, ",
         ),
         Verdict::Unexplained => {
             (format!("{model} is wrong in a way that the catalogue does not explain"), ": ")
@@ -87,7 +94,7 @@ fn outcome(channel: &str, fit: &ChannelFit) -> String {
     let (before, after) = (plain(fit.rmse_before, &fit.unit), plain(fit.rmse_after, &fit.unit));
     let of = format!("the error of {channel} on held-out recordings");
     let noise = times_noise(fit).map_or(String::new(), |n| format!(", {n}"));
-    if !fit.rmse_after.is_finite() || diverged(fit.rmse_after) {
+    if !fit.rmse_after.is_finite() {
         return format!("the simulation of {channel} on held-out recordings diverges");
     }
     if diverged(fit.rmse_before) {
