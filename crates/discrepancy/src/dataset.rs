@@ -7,7 +7,7 @@ use lacuna_plants::model::Measured;
 use lacuna_plants::{Hold, Model};
 use lacuna_recordings::{
     Gap, InputHold, NoiseEstimate, Recording, RecordingSource, Sampling, Unit, convert,
-    estimate_noise_pooled, read_csv, resample_input,
+    estimate_noise_pooled, resample_input,
 };
 
 /// A measured output of the machine.
@@ -86,7 +86,7 @@ impl Dataset {
     pub fn read(model: &Model, sources: &[RecordingSource]) -> Result<Self, DiagnoseError> {
         let recordings = sources
             .iter()
-            .map(|s| read_csv(s, &model.time_column))
+            .map(|s| lacuna_recordings::read(s, &model.time_column))
             .collect::<Result<Vec<_>, _>>()?;
         Self::new(model, &recordings)
     }
