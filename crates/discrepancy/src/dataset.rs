@@ -243,7 +243,7 @@ fn columns(model: &Model, recording: &Recording) -> Result<Vec<Used>, DiagnoseEr
             let (name, unit) = match m.of {
                 Measured::State(i) => (model.state_name(i).to_owned(), model.state_unit(i)),
                 Measured::Input(j) => (model.inputs[j].name.clone(), model.inputs[j].unit.clone()),
-                Measured::Expression(_) => (m.column.clone(), m.unit.clone()),
+                Measured::Output(_) => (m.column.clone(), m.unit.clone()),
             };
             Used { column: m.column.clone(), name, of: m.of, unit, column_unit: m.unit.clone() }
         })

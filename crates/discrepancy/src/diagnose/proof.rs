@@ -21,7 +21,7 @@ impl Ladder<'_> {
         let horizon = duration(self.held_out.dataset) / WINDOWS;
         let errors = |data: &Dataset| -> Vec<Runs> {
             let before = Predictor::new(model, data);
-            let after = Predictor::with(model, &self.problem.equations, parameters, effects, data);
+            let after = Predictor::with(model, parameters, effects, data);
             data.recordings
                 .par_iter()
                 .map(|o| {
