@@ -9,6 +9,7 @@ use crate::search::validate::refuted;
 use crate::search::{EXPLAINED, Found};
 use crate::trajectories::unmeasured;
 use lacuna_effects::Acts;
+use lacuna_plants::dynamics::Mass;
 use lacuna_plants::model::{Augmentation, ModelEffect, NewEffect};
 use std::collections::BTreeMap;
 
@@ -43,13 +44,6 @@ impl<'a> Ladder<'a> {
         let (fit, proofs) = self.proof(keep_model);
         let findings = self.findings();
         let location = self.location(&findings);
-        let mut notes = Vec::new();
-        if verdict == Verdict::Unexplained {
-            notes.push(
-                "No effect of the catalogue explains what is left; the location tells in which channel."
-                    .to_owned(),
-            );
-        }
         let augmentation = if keep_model { Augmentation::default() } else { self.augmentation() };
         let diagnosis = Diagnosis {
             schema: SCHEMA,
@@ -61,9 +55,31 @@ impl<'a> Ladder<'a> {
             fit,
             ladder: self.rungs(),
             data: self.data(),
-            notes,
+            notes: self.notes(verdict),
         };
         Outcome { diagnosis, augmentation, proofs }
+    }
+
+    fn notes(&self, verdict: Verdict) -> Vec<String> {
+        let (model, mut notes) = (self.problem.model, Vec::new());
+        if verdict == Verdict::Unexplained {
+            notes.push(
+                "No effect of the catalogue explains what is left; the location tells in which channel."
+                    .to_owned(),
+            );
+        }
+        if model.dynamics().mass() == Mass::Unit && !model.coordinates.is_empty() {
+            notes.push(
+                "The model gives accelerations and no mass matrix: effects on its coordinates are accelerations."
+                    .to_owned(),
+            );
+        }
+        if let Some(error) = model.dynamics().derivative_error() {
+            notes.push(format!(
+                "The model gives no derivatives: they are differences, with a measured error of at most {error:.0e} of their size."
+            ));
+        }
+        notes
     }
 
     fn verdict(&self) -> Verdict {
