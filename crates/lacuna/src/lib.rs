@@ -20,7 +20,9 @@
 //! | computed torque on true or identified models | [`control`] |
 //! | pictures and words | [`report`] |
 //!
-//! The `lacuna` command is a thin layer on these; see its `--help`.
+//! The `lacuna` command is a thin layer on these; see its `--help`. A model that is no text but
+//! code, such as a closure, is built with [`plants::Model::builder`] and diagnosed with
+//! [`discrepancy::diagnose::diagnose`]: `examples/closure.rs` goes all the way.
 
 pub use lacuna_control as control;
 pub use lacuna_discrepancy as discrepancy;

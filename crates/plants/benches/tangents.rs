@@ -1,7 +1,7 @@
 //! What derivatives cost beside the plain simulation they belong to.
 
 use divan::{Bencher, counter::ItemsCount};
-use lacuna_plants::model::{Direction, Equations};
+use lacuna_plants::model::Direction;
 use lacuna_plants::{Dual, Model, Number, System};
 
 fn main() {
@@ -34,14 +34,7 @@ fn eight_directions(bencher: Bencher) {
     let model = model();
     let directions =
         [(Direction::Parameter(0), 4), (Direction::Force(0), 5), (Direction::Force(1), 6)];
-    let system = System::along(
-        &model,
-        &Equations::of(&model),
-        &model.values(),
-        &model.effects,
-        &directions,
-        0.004,
-    );
+    let system = System::along(&model, &model.values(), &model.effects, &directions, 0.004);
     let mut w = system.workspace();
     let u = [0.5, 0.1].map(Dual::constant);
     bencher.counter(ItemsCount::new(SAMPLES)).bench_local(|| {

@@ -9,6 +9,7 @@ use crate::likelihood::{End, Problem};
 use crate::search::Found;
 use crate::trajectories::unmeasured;
 use lacuna_effects::Acts;
+use lacuna_plants::dynamics::Mass;
 use lacuna_plants::model::{Augmentation, ModelEffect, NewEffect};
 use std::collections::BTreeMap;
 
@@ -85,10 +86,9 @@ impl<'a> Ladder<'a> {
     }
 
     fn proving(&self) -> Proving<'_> {
-        let Problem { model, equations, dataset, .. } = self.problem;
+        let Problem { model, dataset, .. } = self.problem;
         Proving {
             model,
-            equations,
             training: dataset,
             held_out: self.held_out,
             decision: self.decision,
@@ -121,12 +121,23 @@ impl<'a> Ladder<'a> {
     }
 
     fn notes(&self, verdict: Verdict) -> Vec<String> {
-        let mut notes = vec![];
+        let (model, mut notes) = (self.problem.model, vec![]);
         if verdict == Verdict::Unexplained {
             notes.push(
                 "No effect of the catalogue explains what is left; the location tells in which channel."
                     .to_owned(),
             );
+        }
+        if model.dynamics().mass() == Mass::Unit && !model.coordinates.is_empty() {
+            notes.push(
+                "The model gives accelerations and no mass matrix: effects on its coordinates are accelerations."
+                    .to_owned(),
+            );
+        }
+        if let Some(error) = model.dynamics().derivative_error() {
+            notes.push(format!(
+                "The model gives no derivatives: they are differences, with a measured error of at most {error:.0e} of their size."
+            ));
         }
         let end = self.found.chosen.end;
         if end == End::OutOfSteps {

@@ -18,7 +18,7 @@ use crate::decision::Decision;
 use crate::diagnosis::{ChannelFit, Fit, ProofOutcome};
 use crate::prediction::{DEFAULT_WARMUP, Prediction, Predictor, windows};
 use lacuna_plants::Model;
-use lacuna_plants::model::{Equations, ModelEffect};
+use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -31,7 +31,6 @@ pub(super) type Says<'a> = (&'a [f64], &'a [ModelEffect]);
 /// Two models on the same recordings.
 pub(super) struct Proving<'a> {
     pub model: &'a Model,
-    pub equations: &'a Equations,
     pub training: &'a Dataset,
     pub held_out: &'a Dataset,
     pub decision: Decision,
@@ -74,7 +73,7 @@ impl Proving<'_> {
     }
 
     fn runs(&self, data: &Dataset, horizon: f64, (parameters, effects): Says) -> Vec<Runs> {
-        let predictor = Predictor::with(self.model, self.equations, parameters, effects, data);
+        let predictor = Predictor::with(self.model, parameters, effects, data);
         let run = |o: &Observed| Runs {
             windows: predictor.windowed(o, horizon),
             free: predictor.free_run(o, warmup(o)),

@@ -92,7 +92,7 @@ impl Ladder<'_> {
                 sine.amplitude * (std::f64::consts::TAU * sine.frequency * t).sin();
         }
         let inputs = effective_inputs(&h.effects, m, &times, &commands);
-        let system = System::with(model, &problem.equations, &h.parameters, &h.effects);
+        let system = System::with(model, &h.parameters, &h.effects);
         let (observation, count) = (&problem.observation, problem.dataset.outputs.len());
         let bound = observation.bind(&h.parameters);
         let mut x = system.at_rest(problem.smoothed[0].state(0));

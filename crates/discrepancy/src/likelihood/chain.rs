@@ -4,7 +4,7 @@ use super::end::Diverged;
 use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_effects::Law;
-use lacuna_plants::expression::Bound;
+use lacuna_plants::dynamics::Bound;
 use lacuna_plants::model::{Measured, ModelEffect, System};
 use lacuna_plants::{Hold, Number};
 

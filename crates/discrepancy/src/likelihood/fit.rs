@@ -102,7 +102,7 @@ impl Windowed {
 
     /// The same for effects whose memory begins at rest where it did not exist before.
     fn fitted_to(mut self, problem: &Problem, h: &Hypothesis) -> Self {
-        let system = System::with(problem.model, &problem.equations, &h.parameters, &h.effects);
+        let system = System::with(problem.model, &h.parameters, &h.effects);
         let machine = problem.model.machine_states();
         for starts in &mut self.starts {
             let rest = system.at_rest(&starts.machine[0]);

@@ -141,8 +141,7 @@ impl<'p> Minimisation<'p> {
             return (vec![], vec![]);
         }
         let h = &self.hypothesis;
-        let system =
-            System::with(self.problem.model, &self.problem.equations, &h.parameters, &h.effects);
+        let system = System::with(self.problem.model, &h.parameters, &h.effects);
         let rest = system.at_rest(&starts.machine[0]);
         let rest = &rest[self.problem.model.machine_states()..];
         let off = starts.memory.iter().zip(rest).map(|(z, r)| z - r).collect();

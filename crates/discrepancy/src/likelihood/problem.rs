@@ -7,9 +7,7 @@ use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
 use lacuna_effects::{Acts, Effect, Law, Scales};
 use lacuna_plants::Model;
-use lacuna_plants::model::{
-    Direction, Equations, ModelEffect, Observation, System, effective_inputs,
-};
+use lacuna_plants::model::{Direction, ModelEffect, Observation, System, effective_inputs};
 use lacuna_plants::{Dual, Number};
 use lacuna_recordings::Sampling;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,8 +19,6 @@ const ENDS: usize = 2000;
 pub struct Problem<'a> {
     /// The model.
     pub model: &'a Model,
-    /// Its equations, compiled.
-    pub equations: Equations,
     /// The recordings.
     pub dataset: &'a Dataset,
     /// The recordings' motion as they alone tell it.
@@ -31,7 +27,7 @@ pub struct Problem<'a> {
     pub sample: f64,
     /// One over the noise of each output.
     pub weights: Vec<f64>,
-    /// What the recordings see of the state, compiled.
+    /// What the recordings see of the state.
     pub observation: Observation,
     /// Noise of the coarsest output as a share of half its range.
     pub coarsest: f64,
@@ -51,7 +47,6 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// A channel that cannot be smoothed.
     pub fn new(model: &'a Model, dataset: &'a Dataset) -> Result<Self, DiagnoseError> {
-        let equations = Equations::of(model);
         let smoothed = dataset
             .recordings
             .iter()
@@ -66,7 +61,6 @@ impl<'a> Problem<'a> {
         let share = |k: usize| dataset.noise_sd(k) / dataset.half_range(k);
         let mut this = Self {
             model,
-            equations,
             dataset,
             smoothed,
             sample,
@@ -145,8 +139,7 @@ impl<'a> Problem<'a> {
         // A twentieth of the noise: a search need not be finer.
         const TOLERANCE: f64 = 0.05;
         const MOST: usize = 4;
-        let model = (self.model, &self.equations);
-        Predictor::with_substeps(model, parameters, effects, self.dataset, 1)
+        Predictor::with_substeps(self.model, parameters, effects, self.dataset, 1)
             .needed_substeps(TOLERANCE, MOST)
     }
 
@@ -224,14 +217,7 @@ impl<'a> Problem<'a> {
         let (model, n) = (self.model, self.model.coordinates.len());
         let at = |c: usize| {
             let push = [(Direction::Force(c), 0)];
-            let system = System::along(
-                model,
-                &self.equations,
-                &model.values(),
-                &model.effects,
-                &push,
-                self.sample,
-            );
+            let system = System::along(model, &model.values(), &model.effects, &push, self.sample);
             let mut w = system.workspace();
             let mut sum = 0.0;
             let mut count = 0.0;

@@ -97,7 +97,7 @@ fn run_through(
         problem,
         effects: &h.effects,
         observed,
-        system: System::with(problem.model, &problem.equations, &h.parameters, &h.effects),
+        system: System::with(problem.model, &h.parameters, &h.effects),
         bound: problem.observation.bind(&h.parameters),
         inputs: problem.effective_inputs(&h.effects, observed),
         input_lanes: vec![],
@@ -197,7 +197,6 @@ impl Lanes<'_> {
             observed,
             system: System::along(
                 problem.model,
-                &problem.equations,
                 &h.parameters,
                 &h.effects,
                 &directions,

@@ -145,9 +145,7 @@ impl Linear<'_> {
         let forces: Vec<(Direction, usize)> = (0..model.channels())
             .filter_map(|c| Some((Direction::Force(c), lane(self.width + c)?)))
             .collect();
-        let equations = &problem.equations;
-        let system =
-            System::along(model, equations, &h.parameters, &h.effects, &forces, problem.sample);
+        let system = System::along(model, &h.parameters, &h.effects, &forces, problem.sample);
         let mut workspace = system.workspace();
         let seed = |value: f64, entry: usize| match lane(entry) {
             Some(l) => Dual::direction(value, l),

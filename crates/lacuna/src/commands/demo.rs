@@ -9,7 +9,7 @@ use lacuna::discrepancy::{Dataset, Watch};
 use lacuna::discrepancy::diagnose as ladder;
 use lacuna::effects;
 use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
-use lacuna::plants::model::{ModelEffect, NewEffect, augmented_text};
+use lacuna::plants::model::{ModelEffect, NewEffect};
 use lacuna::plants::{Model, SampledInput, System, rk4};
 use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
 use lacuna::report;
@@ -75,7 +75,7 @@ pub fn run(a: &Arguments) -> Outcome {
         return Ok(cancelled);
     }
     let outcome = outcome?;
-    let augmented = augmented_text(MODEL, "model.toml", &outcome.augmentation)?;
+    let augmented = model.augmented_text(&outcome.augmentation)?;
     let proofs = diagnose::proofs(&training, &outcome.proofs);
     diagnose::write(&a.out, &outcome.diagnosis, &augmented, &proofs)?;
     say!("{}", report::summary(&outcome.diagnosis, colour()))?;

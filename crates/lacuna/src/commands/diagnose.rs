@@ -11,7 +11,6 @@ use lacuna::discrepancy::diagnose::{self, Options, Proof};
 use lacuna::discrepancy::diagnosis::{Diagnosis, Verdict};
 use lacuna::discrepancy::{Dataset, Output, Watch};
 use lacuna::plants::Model;
-use lacuna::plants::model::augmented_text;
 use lacuna::recordings::RecordingSource;
 use lacuna::report;
 use std::path::{Path, PathBuf};
@@ -64,9 +63,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     let outcome = outcome?;
     if let Some(folder) = &a.out {
-        let file = a.model.display().to_string();
-        let augmented =
-            augmented_text(&std::fs::read_to_string(&a.model)?, &file, &outcome.augmentation)?;
+        let augmented = model.augmented_text(&outcome.augmentation)?;
         let proofs = proofs(&training, &outcome.proofs);
         write(folder, &outcome.diagnosis, &augmented, &proofs)?;
         if a.figures {

@@ -1,24 +1,30 @@
-//! Models read from a text file: mechanics `M(q) q'' = F(q, q', h, u)` and first-order
-//! states `h' = D(q, q', h, u)`, with the effects of the catalogue that act on them.
+//! Models: what is believed of a machine. The names, units and tolerances of what its
+//! [`Dynamics`] depend on, the effects of the catalogue that act on it, and what recordings of
+//! it measure. Read from a text file ([`Model::read`]), or built ([`Model::builder`]).
 
+mod builder;
 mod error;
 mod force;
 mod mass;
+mod name;
 mod observation;
 mod read;
 mod system;
 mod write;
 
+pub use builder::{BuildError, Builder};
 pub use error::{ModelError, Place};
+pub use name::NameError;
 pub use observation::Observation;
-pub use system::{Direction, Equations, System, Workspace};
-pub use write::{Augmentation, NewEffect, augmented_text};
+pub use system::{Direction, Step, System, Workspace};
+pub use write::{Augmentation, NewEffect};
 
 use crate::Hold;
-use crate::expression::{Graph, NodeId};
+use crate::dynamics::{Dynamics, Mass};
 use lacuna_effects::{Effect, Law, Variable};
+use std::sync::Arc;
 
-/// A model file, read and checked.
+/// What is believed of a machine.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// The model's name.
@@ -39,7 +45,16 @@ pub struct Model {
     pub time_column: String,
     /// What the inputs do between samples.
     pub hold: Hold,
-    equations: Nodes,
+    dynamics: Arc<dyn Dynamics>,
+    /// What it was read from, if it was.
+    source: Option<Arc<Source>>,
+}
+
+/// The text of a model file, as it was read.
+#[derive(Debug)]
+struct Source {
+    file: String,
+    text: String,
 }
 
 /// A parameter of the model.
@@ -133,21 +148,17 @@ pub enum Measured {
     State(usize),
     /// An input.
     Input(usize),
-    /// An expression of states.
-    Expression(NodeId),
-}
-
-/// The model's equations as nodes of one graph.
-#[derive(Clone, Debug, Default)]
-struct Nodes {
-    graph: Graph,
-    /// Mass matrix, row-major.
-    mass: Vec<NodeId>,
-    /// Generalised forces of the coordinates, then derivatives of the first-order states.
-    force: Vec<NodeId>,
+    /// An output of the dynamics' own ([`Dynamics::outputs`]): in a model file, an expression.
+    Output(usize),
 }
 
 impl Model {
+    /// What simulates it.
+    #[must_use]
+    pub fn dynamics(&self) -> &dyn Dynamics {
+        &*self.dynamics
+    }
+
     /// Number of force channels: coordinates, then first-order states.
     #[must_use]
     pub fn channels(&self) -> usize {
@@ -211,9 +222,13 @@ impl Model {
     }
 
     /// Unit of a channel's generalised force: N m for angles, N for lengths, and the unit per
-    /// second for first-order states.
+    /// second for first-order states. Where the dynamics give accelerations alone
+    /// ([`Mass::Unit`]), it is that of the acceleration.
     #[must_use]
     pub fn force_unit(&self, channel: usize) -> String {
+        if let (Mass::Unit, Some(c)) = (self.dynamics.mass(), self.coordinates.get(channel)) {
+            return lacuna_effects::Dimension::new(0, 1, -2).text("", &c.unit, "");
+        }
         match self.coordinates.get(channel).map(|c| c.unit.as_str()) {
             Some("rad" | "deg" | "rev") => "N m".to_owned(),
             Some("m" | "mm" | "cm" | "um") => "N".to_owned(),
