@@ -3,9 +3,10 @@
 use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_effects::Law;
+use lacuna_numbers::Number;
+use lacuna_plants::Hold;
 use lacuna_plants::expression::Bound;
 use lacuna_plants::model::{Measured, ModelEffect, System};
-use lacuna_plants::{Hold, Number};
 
 /// A value beyond this is divergence, not motion.
 const DIVERGED: f64 = 1e12;

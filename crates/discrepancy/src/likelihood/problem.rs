@@ -6,11 +6,11 @@ use crate::prediction::Predictor;
 use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
 use lacuna_effects::{Acts, Effect, Law, Scales};
+use lacuna_numbers::{Dual, Number};
 use lacuna_plants::Model;
 use lacuna_plants::model::{
     Direction, Equations, ModelEffect, Observation, System, effective_inputs,
 };
-use lacuna_plants::{Dual, Number};
 use lacuna_recordings::Sampling;
 
 /// One value in so many is left out at either end of a channel's range.

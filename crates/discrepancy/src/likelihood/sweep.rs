@@ -3,8 +3,8 @@
 use super::chain::{Chain, parameter_step};
 use super::{Hypothesis, Problem, Window};
 use lacuna_effects::Law;
+use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::model::{Direction, System};
-use lacuna_plants::{Dual, LANES, Number};
 use rayon::prelude::*;
 
 /// The states with which the windows of one recording begin.

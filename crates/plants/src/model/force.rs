@@ -1,8 +1,8 @@
 //! A force effect inside the equations of motion, in any kind of number.
 
 use super::ModelEffect;
-use crate::{Dual, LANES, Number};
 use lacuna_effects::{ForceLaw, Local, MOST_AMPLITUDES};
+use lacuna_numbers::{Dual, LANES, Number};
 
 /// A force effect, its parameters turned to amplitudes and shape.
 #[derive(Clone, Debug)]
@@ -99,7 +99,7 @@ impl<T: Number> Force<T> {
         self.law.basis(point.shape(), &local(&point.variables, t), point.memory(), basis);
         let mut sum = T::constant(0.0);
         for (a, &b) in self.amplitudes.iter().zip(&*basis) {
-            sum = sum + a.scaled(b);
+            sum = sum + *a * b;
         }
         if sum.tangent().is_empty() {
             return sum;
@@ -151,7 +151,7 @@ impl<T: Number> Force<T> {
             point.set(entry, before + step);
             let slope = change(&point) / step;
             point.set(entry, before);
-            sum = sum + T::chained(0.0, &[slope], std::slice::from_ref(x));
+            sum = sum + x.mapped(0.0, slope);
         };
         for (i, x) in variables.iter().enumerate() {
             add(x, state_step(x.value()), Entry::Variable(i));

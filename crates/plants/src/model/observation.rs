@@ -1,8 +1,8 @@
 //! What the recordings see of the machine's state.
 
 use super::{Measured, Model};
-use crate::Number;
 use crate::expression::{Bound, Program};
+use lacuna_numbers::Number;
 
 /// The measured quantities of a model, compiled.
 #[derive(Clone, Debug)]

@@ -3,9 +3,10 @@
 use super::force::Force;
 use super::mass::solve_mass;
 use super::{Model, ModelEffect};
+use crate::Plant;
 use crate::expression::{Bound, Program};
-use crate::{Dual, LANES, Number, Plant};
 use lacuna_effects::Law;
+use lacuna_numbers::{Dual, LANES, Number};
 
 /// The model's equations, compiled; parameters are free.
 #[derive(Clone, Debug)]
@@ -239,8 +240,8 @@ impl<T: Number> System<T> {
             self.stage(w, 3, (t + h, share(1.0)), inputs, (state, h));
             let [k1, k2, k3, k4] = &w.slope;
             for (i, x) in state.iter_mut().enumerate() {
-                let sum = k1[i] + (k2[i] + k3[i]).scaled(2.0) + k4[i];
-                *x = *x + sum.scaled(h / 6.0);
+                let sum = k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
+                *x = *x + sum * (h / 6.0);
             }
         }
     }
@@ -256,12 +257,12 @@ impl<T: Number> System<T> {
         (state, step): (&[T], f64),
     ) {
         for (u, (a, b)) in w.input.iter_mut().zip(here.iter().zip(next)) {
-            *u = *a + (*b - *a).scaled(share);
+            *u = *a + (*b - *a) * share;
         }
         w.stage.copy_from_slice(state);
         if k > 0 {
             for (x, slope) in w.stage.iter_mut().zip(&w.slope[k - 1]) {
-                *x = *x + slope.scaled(step);
+                *x = *x + *slope * step;
             }
         }
         let Workspace { registers, variables, outputs, slope, stage, input } = w;
