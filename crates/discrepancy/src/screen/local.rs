@@ -28,10 +28,7 @@ pub(super) struct Local {
 
 /// Linearise one recording of a fit along `path`; none where it diverges.
 pub(super) fn along(problem: &Problem, fit: &Fit, r: usize, path: &[f64]) -> Option<Along> {
-    let samples = problem.smoothed[r].len();
-    if path.len() < samples || !path.len().is_multiple_of(samples) {
-        return None;
-    }
+    let motion = problem.motion(&fit.hypothesis, r, path)?;
     let windowed = &fit.windowed;
     let (windows, starts) = (&windowed.windows[r], &windowed.starts[r]);
     let all = sweep::linearise(problem, &fit.hypothesis, windows, starts, fit.substeps)?;
@@ -46,7 +43,6 @@ pub(super) fn along(problem: &Problem, fit: &Fit, r: usize, path: &[f64]) -> Opt
         Some(Local { window, columns, states, unused, factor, cross, rest })
     };
     let windows: Option<Vec<Local>> = all.into_iter().zip(windows).enumerate().map(local).collect();
-    let motion = problem.smoothed[r].along(path, path.len() / samples);
     Some(Along { motion, maps: Maps::new(problem, fit, r, path), windows: windows? })
 }
 

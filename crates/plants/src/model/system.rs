@@ -5,7 +5,7 @@ use super::mass::solve_mass;
 use super::{Model, ModelEffect};
 use crate::Plant;
 use crate::expression::{Bound, Program};
-use lacuna_effects::Law;
+use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
 use lacuna_numbers::{Dual, LANES, Number};
 
 /// The model's equations, compiled; parameters are free.
@@ -62,6 +62,19 @@ pub enum Direction {
     Force(usize),
 }
 
+impl Direction {
+    /// Those of the internal parameters of one effect among some directions: parameter, lane.
+    pub(super) fn of_effect(
+        directions: &[(Self, usize)],
+        effect: usize,
+    ) -> impl Iterator<Item = (usize, usize)> + '_ {
+        directions.iter().filter_map(move |&(d, lane)| match d {
+            Self::Effect(e, j) if e == effect => Some((j, lane)),
+            _ => None,
+        })
+    }
+}
+
 /// A model with its parameters and force effects set: a plant that can be simulated, in plain
 /// numbers or, with derivatives, in [`Dual`] ones.
 /// Input effects are applied to the input series beforehand
@@ -93,7 +106,8 @@ impl System {
         effects: &[ModelEffect],
     ) -> Self {
         let push = vec![0.0; model.channels()];
-        Self::built(model, equations, parameters, effects, push, |_, e| e.internal())
+        let law = |law: &'static dyn AnyForceLaw| law.plain();
+        Self::built(model, equations, parameters, effects, (push, 0.0), law, |_, e| e.internal())
     }
 
     /// Determinant of the mass matrix at a state; 1 without coordinates.
@@ -110,7 +124,8 @@ impl System {
 
 impl System<Dual> {
     /// The same with derivatives in up to [`LANES`] directions, each in the lane that stands
-    /// beside it; states and inputs bring their own. `sample` is the time from sample to sample.
+    /// beside it; states and inputs bring their own. `sample` is the time from sample to sample,
+    /// to which the time of an event can be told ([`lacuna_effects::At::sample`]).
     #[must_use]
     pub fn along(
         model: &Model,
@@ -130,19 +145,10 @@ impl System<Dual> {
                 Direction::Effect(..) => {}
             }
         }
-        let lanes = |index: usize| {
-            directions.iter().filter_map(move |&(d, lane)| match d {
-                Direction::Effect(e, j) if e == index => Some((j, lane)),
-                _ => None,
-            })
-        };
-        let mut system = Self::built(model, equations, &numbers, effects, push, |index, e| {
-            e.internal_along(lanes(index))
-        });
-        for force in &mut system.forces {
-            force.resolve(sample);
-        }
-        system
+        let law = |law: &'static dyn AnyForceLaw| law.dual();
+        Self::built(model, equations, &numbers, effects, (push, sample), law, |index, e| {
+            e.internal_along(Direction::of_effect(directions, index))
+        })
     }
 }
 
@@ -152,14 +158,17 @@ impl<T: Number> System<T> {
         equations: &Equations,
         parameters: &[T],
         effects: &[ModelEffect],
-        push: Vec<T>,
+        (push, sample): (Vec<T>, f64),
+        in_this_number: impl Fn(&'static dyn AnyForceLaw) -> &'static dyn ForceLawIn<T>,
         internal: impl Fn(usize, &ModelEffect) -> Vec<T>,
     ) -> Self {
         let mut memory = 0;
         let mut forces = Vec::new();
         for (index, e) in effects.iter().enumerate() {
             let Law::Force(law) = e.effect.law else { continue };
-            forces.push(Force::new(law, e, internal(index, e), memory));
+            let laws = (law, in_this_number(law));
+            let begin = model.machine_states() + memory;
+            forces.push(Force::new(model, e, laws, internal(index, e), begin, sample));
             memory += law.memory();
         }
         let bound = equations.bind(parameters);
@@ -185,7 +194,7 @@ impl<T: Number> System<T> {
         let mut state = machine.to_vec();
         state.resize(machine.len() + self.memory, 0.0);
         for force in &self.forces {
-            force.rest(self.equations.coordinates, &mut state, machine.len());
+            force.rest(machine, &mut state);
         }
         state
     }
@@ -295,7 +304,7 @@ impl<T: Number> System<T> {
             *f = *f + *p;
         }
         for f in &self.forces {
-            f.add((n, machine), t, state, force, derivative);
+            f.add((t, state, u), (n, mass), force, derivative);
         }
         solve_mass(mass, &mut force[..n]);
         derivative[..n].copy_from_slice(&state[n..2 * n]);
