@@ -13,7 +13,7 @@
 //! | --- | --- |
 //! | measured channels, noise sigma | [`Dataset`], [`Observed`] |
 //! | smoothed motion q, q' | [`trajectories::SmoothedRecording`] |
-//! | law b with shape s, priors of a and s | [`lacuna_effects::ForceLaw`], [`candidates::Term`] |
+//! | law b with shape s, priors of a and s | [`lacuna_effects::Effect`], [`candidates::Term`] |
 //! | likelihood of the differential equation, evidence Z | [`likelihood`] |
 //! | occupation functionals with the Green's function as test function | [`screen::Screen`] |
 //! | forward selection, rivals, what is missed, folds | [`search::Search`] |

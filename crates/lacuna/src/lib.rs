@@ -11,6 +11,7 @@
 //! | step | crate |
 //! | --- | --- |
 //! | what moves: models, integrators | [`plants`] |
+//! | numbers with exact derivatives | [`numbers`] |
 //! | the catalogue of effects r can be made of | [`effects`] |
 //! | what drives and disturbs it | [`excitation`] |
 //! | what was seen | [`recordings`] |
@@ -28,6 +29,7 @@ pub use lacuna_control as control;
 pub use lacuna_discrepancy as discrepancy;
 pub use lacuna_effects as effects;
 pub use lacuna_excitation as excitation;
+pub use lacuna_numbers as numbers;
 pub use lacuna_occupation as occupation;
 pub use lacuna_plants as plants;
 pub use lacuna_realtime as realtime;

@@ -23,7 +23,6 @@ pub mod expression;
 pub mod input;
 pub mod integrate;
 pub mod model;
-pub mod number;
 pub mod plant;
 pub mod two_link;
 
@@ -32,6 +31,5 @@ pub use dynamics::Dynamics;
 pub use input::{Hold, Input, InputFn, SampledInput, SmoothInput};
 pub use integrate::{SimulationError, Trajectory, rk4, rk4_sampled};
 pub use model::{Model, ModelError, System};
-pub use number::{Dual, LANES, Number};
 pub use plant::Plant;
 pub use two_link::TwoLinkArm;

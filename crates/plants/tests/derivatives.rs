@@ -1,7 +1,8 @@
 //! Derivatives of a simulation against differences of two simulations.
 
+use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::Direction;
-use lacuna_plants::{Dual, Model, Number, System};
+use lacuna_plants::{Model, System};
 
 const ARM: &str = r#"
 name = "arm"

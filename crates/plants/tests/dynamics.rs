@@ -2,7 +2,8 @@
 
 use lacuna_plants::dynamics::{Dynamics, Exact, GenericSimulator, Mass, Point, Sizes};
 use lacuna_plants::model::{Augmentation, BuildError, Builder, NameError, NewEffect};
-use lacuna_plants::{Dual, LANES, Model, Number, System};
+use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::{Model, System};
 use std::sync::Arc;
 
 /// A motor on an elastic shaft with a hanging load, and the temperature of its winding.

@@ -150,7 +150,8 @@ impl<'p> Minimisation<'p> {
             let Law::Force(law) = e.effect.law else { continue };
             let mut own = vec![0.0; law.memory()];
             let internal = e.internal();
-            law.memory_spread(&internal[law.amplitudes()..], &self.problem.scales_of(e), &mut own);
+            let (shape, scales) = (&internal[law.amplitudes()..], self.problem.scales_of(e));
+            (e.effect.nature.memory_spread)(shape, &scales, &mut own);
             spread.extend(own.into_iter().map(|s| s.max(f64::MIN_POSITIVE)));
         }
         (off, spread)

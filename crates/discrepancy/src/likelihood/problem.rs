@@ -1,14 +1,17 @@
 //! What all hypotheses share: the model, the recordings, the magnitudes of every channel.
 
+use super::Hypothesis;
 use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
 use crate::prediction::Predictor;
 use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
 use lacuna_effects::{Acts, Effect, Law, Scales};
+use lacuna_numbers::{Dual, Number};
 use lacuna_plants::Model;
-use lacuna_plants::model::{Direction, ModelEffect, Observation, System, effective_inputs};
-use lacuna_plants::{Dual, Number};
+use lacuna_plants::model::{
+    Direction, ModelEffect, Observation, SeriesEffect, System, effective_inputs,
+};
 use lacuna_recordings::Sampling;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -124,7 +127,16 @@ impl<'a> Problem<'a> {
     /// What the input effects among `effects` make of a recording's commands.
     #[must_use]
     pub fn effective_inputs(&self, effects: &[ModelEffect], observed: &Observed) -> Vec<f64> {
-        effective_inputs(effects, self.model.inputs.len(), &observed.times, &observed.commands)
+        let (m, commands) = (self.model.inputs.len(), observed.commands.clone());
+        effective_inputs(&SeriesEffect::inputs(effects), m, &observed.times, commands)
+    }
+
+    /// The motion of a hypothesis on a recording, given its path (rows of the whole state).
+    #[must_use]
+    pub fn motion(&self, h: &Hypothesis, r: usize, path: &[f64]) -> SmoothedRecording {
+        let system = System::with(self.model, &h.parameters, &h.effects);
+        let inputs = self.effective_inputs(&h.effects, &self.dataset.recordings[r]);
+        self.smoothed[r].along(&system, path, inputs)
     }
 
     /// Largest absolute command to an actuator.
@@ -180,8 +192,9 @@ impl<'a> Problem<'a> {
                 let of = |s| (0..SmoothedRecording::len(s)).map(move |k| (s, k));
                 self.smoothed.iter().flat_map(of).map(|(s, k)| f(s, k)).collect()
             };
-            let q = series(&|s, k| s.local(c, None, k).q);
-            let v = series(&|s, k| s.local(c, None, k).v);
+            let place = self.model.place(c);
+            let q = series(&|s, k| s.state(k)[place.q]);
+            let v = series(&|s, k| s.state(k)[place.v]);
             let acceleration = deviation(&self.accelerations(c));
             Scales {
                 q: inner_range(q, ENDS),
@@ -200,7 +213,8 @@ impl<'a> Problem<'a> {
 
     /// Rate of change of a channel's velocity, or of a first-order state.
     fn accelerations(&self, channel: usize) -> Vec<f64> {
-        let at = |s: &SmoothedRecording, k: usize| s.local(channel, None, k).v;
+        let place = self.model.place(channel);
+        let at = |s: &SmoothedRecording, k: usize| s.state(k)[place.v];
         let slopes = |s: &'_ SmoothedRecording| -> Vec<f64> {
             // Over a few samples: what is left of the noise must not count.
             let gap = (s.len() / 200).clamp(1, 5);
@@ -227,7 +241,7 @@ impl<'a> Problem<'a> {
                     let mut x: Vec<Dual> = x.into_iter().map(Dual::constant).collect();
                     let m = model.inputs.len();
                     let u: Vec<Dual> =
-                        s.commands[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
+                        s.inputs[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
                     let h = 1e-3 * self.sample;
                     system.advance(&mut w, (s.times[k], s.times[k] + h), (&u, &u), 1, &mut x);
                     let slope = x[c + n].tangent[0] / h;
@@ -244,9 +258,10 @@ impl<'a> Problem<'a> {
 
     /// Half the range that a channel covers within an eighth of a recording, in the median.
     fn stroke(&self, channel: usize) -> f64 {
+        let place = self.model.place(channel);
         let mut strokes: Vec<f64> = Vec::new();
         for s in &self.smoothed {
-            let q: Vec<f64> = (0..s.len()).map(|k| s.local(channel, None, k).q).collect();
+            let q: Vec<f64> = (0..s.len()).map(|k| s.state(k)[place.q]).collect();
             strokes.extend(q.chunks(q.len().div_ceil(8)).map(|part| {
                 let (low, high) = inner_range(part.to_vec(), ENDS);
                 0.5 * (high - low)
@@ -261,7 +276,7 @@ impl<'a> Problem<'a> {
         let u: Vec<f64> = self
             .smoothed
             .iter()
-            .flat_map(|s| s.commands.iter().skip(j).step_by(m))
+            .flat_map(|s| s.inputs.iter().skip(j).step_by(m))
             .copied()
             .collect();
         let largest = u.iter().fold(0.0f64, |a, b| a.max(b.abs()));

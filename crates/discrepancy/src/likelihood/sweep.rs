@@ -1,11 +1,12 @@
 //! One recording run through in its windows, in plain or in dual numbers.
 
-use super::chain::{Chain, parameter_step};
+use super::chain::{Chain, Inputs};
 use super::end::Diverged;
 use super::{Hypothesis, Problem, Window};
+use crate::dataset::Observed;
 use lacuna_effects::Law;
-use lacuna_plants::model::{Direction, System};
-use lacuna_plants::{Dual, LANES, Number};
+use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::model::{Direction, SeriesEffect, System, effective_inputs};
 use rayon::prelude::*;
 
 /// The states with which the windows of one recording begin.
@@ -95,13 +96,11 @@ fn run_through(
     let observed = &problem.dataset.recordings[windows[0].recording];
     let chain = Chain {
         problem,
-        effects: &h.effects,
         observed,
         system: System::with(problem.model, &h.parameters, &h.effects),
         bound: problem.observation.bind(&h.parameters),
-        inputs: problem.effective_inputs(&h.effects, observed),
-        input_lanes: vec![],
-        sensor_lanes: vec![],
+        inputs: Inputs::Fixed(problem.effective_inputs(&h.effects, observed)),
+        sensors: SeriesEffect::sensors(&h.effects),
         substeps,
     };
     let machine = problem.model.machine_states();
@@ -174,26 +173,15 @@ impl Lanes<'_> {
         let (problem, h) = (self.problem, self.hypothesis);
         let observed = &problem.dataset.recordings[self.windows[0].recording];
         let directions: Vec<(Direction, usize)> =
-            self.theta().filter_map(|(j, lane)| Some((h.direction(j)?, lane))).collect();
+            self.theta().map(|(j, lane)| (h.direction(j), lane)).collect();
         let mut numbers: Vec<Dual> = h.parameters.iter().map(|&p| Dual::constant(p)).collect();
         for &(d, lane) in &directions {
             if let Direction::Parameter(k) = d {
                 numbers[k] = Dual::direction(h.parameters[k], lane);
             }
         }
-        let inputs = problem.effective_inputs(&h.effects, observed);
-        let (mut input_lanes, mut sensor_lanes) = (vec![], vec![]);
-        for (j, lane) in self.theta() {
-            let super::What::Effect(e, p) = h.free[j].what else { continue };
-            match h.effects[e].effect.law {
-                Law::Input(_) => input_lanes.push((lane, self.input_slope(e, p, &inputs))),
-                Law::Sensor(_) => sensor_lanes.push((e, p, lane)),
-                Law::Force(_) => {}
-            }
-        }
         Chain {
             problem,
-            effects: &h.effects,
             observed,
             system: System::along(
                 problem.model,
@@ -203,22 +191,25 @@ impl Lanes<'_> {
                 problem.sample,
             ),
             bound: problem.observation.bind(&numbers),
-            inputs,
-            input_lanes,
-            sensor_lanes,
+            inputs: self.inputs(observed, &directions),
+            sensors: SeriesEffect::sensors_along(&h.effects, &directions),
             substeps: self.substeps,
         }
     }
 
-    /// Derivative of the effective inputs by a parameter of an input effect.
-    fn input_slope(&self, effect: usize, parameter: usize, inputs: &[f64]) -> Vec<f64> {
-        let problem = self.problem;
-        let observed = &problem.dataset.recordings[self.windows[0].recording];
-        let mut effects = self.hypothesis.effects.clone();
-        let step = parameter_step(&effects[effect], parameter, problem.sample);
-        effects[effect].parameters[parameter] += step;
-        let moved = problem.effective_inputs(&effects, observed);
-        moved.iter().zip(inputs).map(|(a, b)| (a - b) / step).collect()
+    /// The effective inputs, with derivatives where a parameter of an actuator is in these lanes.
+    fn inputs(&self, observed: &Observed, directions: &[(Direction, usize)]) -> Inputs<Dual> {
+        let (problem, effects) = (self.problem, &self.hypothesis.effects);
+        let on_input = |e: usize| matches!(effects[e].effect.law, Law::Input(_));
+        let moves =
+            directions.iter().any(|(d, _)| matches!(*d, Direction::Effect(e, _) if on_input(e)));
+        if !moves {
+            return Inputs::Fixed(problem.effective_inputs(effects, observed));
+        }
+        let along = SeriesEffect::inputs_along(effects, directions);
+        let commands = observed.commands.iter().map(|&u| Dual::constant(u)).collect();
+        let m = problem.model.inputs.len();
+        Inputs::Moving(effective_inputs(&along, m, &observed.times, commands))
     }
 
     fn run(&self) -> Result<Vec<Columns>, Diverged> {

@@ -3,7 +3,7 @@
 use super::{Scored, Screen};
 use crate::candidates::{Candidate, Term};
 use crate::range::inner_range;
-use lacuna_effects::{Law, find};
+use lacuna_effects::{At, Channel, Law, curve};
 use rayon::prelude::*;
 
 /// The variable that a curve is over, by its number in the law's `over`.
@@ -59,20 +59,19 @@ impl Screen<'_> {
     #[must_use]
     pub fn curve(&self, channel: usize, over: Over) -> Option<Term> {
         let (from, to) = self.range(channel, over);
-        let effect = find("unknown_function")?;
-        let candidate = Candidate { effect, channel, other: None };
+        let candidate = Candidate { effect: curve(), channel, other: None };
         (to > from).then(|| Term { candidate, shape: vec![from, to, f64::from(over as u8)] })
     }
 
     fn range(&self, channel: usize, over: Over) -> (f64, f64) {
+        let place = self.problem.model.place(channel);
         let mut values: Vec<f64> = Vec::new();
         for a in &self.recordings {
             for k in 0..a.motion.len() {
-                let at = a.motion.local(channel, None, k);
                 values.push(match over {
-                    Over::Coordinate => at.q,
-                    Over::Velocity => at.v,
-                    Over::Time => at.t,
+                    Over::Coordinate => a.motion.state(k)[place.q],
+                    Over::Velocity => a.motion.state(k)[place.v],
+                    Over::Time => a.motion.times[k],
                 });
             }
         }
@@ -95,8 +94,7 @@ impl Screen<'_> {
         let mut basis = vec![0.0; amplitudes.len()];
         let (mut force, mut std) = (vec![], vec![]);
         for &x in &at {
-            let local = lacuna_effects::Local { t: x, q: x, v: x, other_q: 0.0, other_v: 0.0 };
-            law.basis(&term.shape, &local, &[], &mut basis);
+            law.plain().along(&term.shape, &At::new(x, &[x, x], &Channel::ALONE), &mut basis);
             force.push(basis.iter().zip(&amplitudes).map(|(b, a)| b * a).sum());
             let b = nalgebra::DVector::from_column_slice(&basis);
             std.push(b.dot(&(&covariance * &b)).max(0.0).sqrt());

@@ -29,7 +29,7 @@ pub(super) struct Local {
 /// Linearise one recording of a fit along `path`.
 pub(super) fn along(fit: &Fit, r: usize, path: &[f64]) -> Result<Along, FitError> {
     let problem = fit.problem;
-    let samples = problem.smoothed[r].len();
+    let motion = problem.motion(&fit.hypothesis, r, path);
     let windowed = &fit.windowed;
     let (windows, starts) = (&windowed.windows[r], &windowed.starts[r]);
     let all = sweep::linearise(problem, &fit.hypothesis, windows, starts, fit.substeps)?;
@@ -45,7 +45,6 @@ pub(super) fn along(fit: &Fit, r: usize, path: &[f64]) -> Result<Along, FitError
     };
     let all = all.into_iter().zip(windows).enumerate();
     let windows: Result<Vec<Local>, FitError> = all.map(local).collect();
-    let motion = problem.smoothed[r].along(path, path.len() / samples);
     Ok(Along { motion, maps: Maps::new(fit, r, path), windows: windows? })
 }
 

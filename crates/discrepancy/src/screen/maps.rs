@@ -8,8 +8,9 @@
 //! outputs change by. The derivatives are exact: those of the Runge-Kutta step itself.
 
 use crate::likelihood::{Fit, Problem};
+use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::Hold;
 use lacuna_plants::model::{Direction, Measured, System};
-use lacuna_plants::{Dual, Hold, LANES, Number};
 use rayon::prelude::*;
 
 /// A recording's maps from sample to sample.

@@ -143,14 +143,13 @@ impl<'p> Screen<'p> {
     /// be negative.
     fn priors(&self, term: &Term) -> (Vec<f64>, bool) {
         let Candidate { effect, channel, other } = term.candidate;
-        let scales = self.problem.scales(effect, channel, other);
+        let priors = (effect.priors)(&self.problem.scales(effect, channel, other));
         let sd = |p: &Prior| match *p {
             Prior::Normal { sd, .. } => sd,
             Prior::LogNormal { .. } | Prior::Fixed => 1.0,
         };
         match effect.law {
             Law::Force(law) => {
-                let priors = law.priors(&scales);
                 let own = &priors[..law.amplitudes()];
                 let positive =
                     own.iter().all(|p| matches!(p, Prior::Normal { low, .. } if *low >= 0.0));
@@ -158,8 +157,7 @@ impl<'p> Screen<'p> {
             }
             // How much of the law acts: none at 0, all at 1.
             Law::Input(_) => (vec![1.0], true),
-            Law::Sensor(law) => {
-                let priors = law.priors(&scales);
+            Law::Sensor(_) => {
                 let positive = matches!(priors[0], Prior::Normal { low, .. } if low == 0.0);
                 (vec![sd(&priors[0])], positive)
             }

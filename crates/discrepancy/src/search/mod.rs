@@ -254,7 +254,9 @@ fn effect_of(c: &Candidate, amplitudes: &[f64], shape: &[f64]) -> ModelEffect {
             law.physical(&internal)
         }
         Law::Input(_) => shape.to_vec(),
-        Law::Sensor(law) => law.ideal().iter().zip(amplitudes).map(|(i, a)| i + a).collect(),
+        Law::Sensor(_) => {
+            c.effect.nature.ideal.iter().zip(amplitudes).map(|(i, a)| i + a).collect()
+        }
     };
     let std = vec![None; parameters.len()];
     ModelEffect { effect: c.effect, channel: c.channel, other: c.other, parameters, std }

@@ -8,7 +8,7 @@ use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::{Fit, QUICK};
 use crate::trajectories::SmoothedRecording;
-use lacuna_effects::{Law, Local, Variable};
+use lacuna_effects::{At, Channel, Law, Variable};
 use lacuna_plants::model::ModelEffect;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -107,10 +107,11 @@ impl<'p> Search<'p> {
 
     /// The curve and all laws that depend on nothing else, along the motion of a fit.
     fn columns(&self, fit: &Fit, curve: &ModelEffect) -> Option<Columns> {
-        let motion = self.samples(fit, curve);
+        let (motion, places) = (self.motion(fit), self.problem.model.places(curve.channel, None));
+        let motion = samples(&motion, &places);
         let over_velocity = curve.over()? == Variable::Velocity;
         let mut rows: Vec<Vec<f64>> =
-            vec![motion.iter().map(|at| if over_velocity { at.v } else { at.q }).collect()];
+            vec![motion.iter().map(|at| if over_velocity { at.v() } else { at.q() }).collect()];
         let mut terms = vec![];
         for c in self.candidates.iter().filter(|c| curve_covers(curve, c)) {
             let scales = self.problem.scales(c.effect, c.channel, c.other);
@@ -130,19 +131,20 @@ impl<'p> Search<'p> {
         Some(Columns { terms, products: matrix.tr_mul(&matrix) })
     }
 
-    /// What laws see at some samples of a fit's motion.
-    fn samples(&self, fit: &Fit, curve: &ModelEffect) -> Vec<Local> {
+    /// A fit's motion on the recordings; nothing where it diverges.
+    fn motion(&self, fit: &Fit) -> Vec<SmoothedRecording> {
         let Ok(paths) = fit.paths() else { return vec![] };
-        let along = |(s, path): (&SmoothedRecording, &Vec<f64>)| s.along(path, path.len() / s.len());
-        let motion: Vec<SmoothedRecording> =
-            self.problem.smoothed.iter().zip(&paths).map(along).collect();
-        let total: usize = motion.iter().map(SmoothedRecording::len).sum();
-        let every = total.div_ceil(POINTS).max(1);
-        let of = |s: &SmoothedRecording| -> Vec<Local> {
-            (0..s.len()).step_by(every).map(|k| s.local(curve.channel, None, k)).collect()
-        };
-        motion.iter().flat_map(of).collect()
+        let along = |(r, path): (usize, &Vec<f64>)| self.problem.motion(&fit.hypothesis, r, path);
+        paths.iter().enumerate().map(along).collect()
     }
+}
+
+/// What laws on some channels see at some samples of a motion.
+fn samples<'m>(motion: &'m [SmoothedRecording], channels: &'m [Channel]) -> Vec<At<'m>> {
+    let total: usize = motion.iter().map(SmoothedRecording::len).sum();
+    let every = total.div_ceil(POINTS).max(1);
+    let of = |s: &'m SmoothedRecording| (0..s.len()).step_by(every).map(move |k| s.at(channels, k));
+    motion.iter().flat_map(of).collect()
 }
 
 impl Columns {
@@ -178,12 +180,12 @@ impl Columns {
 }
 
 /// The basis of a law at some samples: one series an amplitude.
-fn series(c: &Candidate, shape: &[f64], at: &[Local]) -> Option<Vec<Vec<f64>>> {
+fn series(c: &Candidate, shape: &[f64], at: &[At]) -> Option<Vec<Vec<f64>>> {
     let Law::Force(law) = c.effect.law else { return None };
     let mut out = vec![Vec::with_capacity(at.len()); law.amplitudes()];
     let mut basis = vec![0.0; law.amplitudes()];
     for at in at {
-        law.basis(shape, at, &[], &mut basis);
+        law.plain().along(shape, at, &mut basis);
         out.iter_mut().zip(&basis).for_each(|(series, b)| series.push(*b));
     }
     Some(out)

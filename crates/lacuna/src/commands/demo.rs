@@ -149,7 +149,7 @@ fn sealed_in_words(truth: &Truth) -> String {
         .parameters
         .iter()
         .zip(&e.parameters)
-        .filter(|(p, _)| p.name != "side")
+        .filter(|(p, _)| p.kind == effects::Kind::Number)
         .map(|(p, (value, _, unit))| format!("{} = {value:.4} {unit}", p.name))
         .collect();
     let (name, nominal, value) = &truth.calibrated;

@@ -18,7 +18,7 @@
 //! 75-76). One derivative costs four evaluations where the first h will do.
 
 use super::{Bound, BoundDynamics, Dynamics, Mass, Point, Room, Sizes, mass_and_force};
-use crate::Dual;
+use lacuna_numbers::Dual;
 use std::fmt::Debug;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -129,7 +129,7 @@ impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
         }
         self.shared.rates_at(point, table.here);
         for (rate, &value) in rates.iter_mut().zip(&*table.here) {
-            *rate = Dual { value, tangent: [0.0; crate::LANES] };
+            *rate = Dual { value, tangent: [0.0; lacuna_numbers::LANES] };
         }
         for (i, x) in all().enumerate() {
             if x.tangent.iter().all(|&t| t == 0.0) {

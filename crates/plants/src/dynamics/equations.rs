@@ -2,7 +2,7 @@
 
 use super::{Bound, BoundDynamics, Dynamics, Room, Sizes};
 use crate::expression::{self, Graph, NodeId, Program};
-use crate::{Dual, Number};
+use lacuna_numbers::{Dual, Number};
 use std::sync::Arc;
 
 /// The expressions of a model file as nodes of one graph, in which a parameter's slot is its

@@ -1,7 +1,7 @@
 //! Dynamics written in Rust for any kind of number: derivatives are exact.
 
 use super::{Bound, BoundDynamics, Dynamics, Mass, Point, Room, Sizes, mass_and_force};
-use crate::{Dual, Number};
+use lacuna_numbers::{Dual, Number};
 use std::fmt::Debug;
 use std::sync::Arc;
 

@@ -15,7 +15,7 @@
 //! | mass matrix M | the first of its `rates`, row-major | n^2 |
 //! | generalised forces F, rates D | the rest of its `rates` | n + s |
 //! | what else is measured, y | [`BoundDynamics::observe`] | [`Dynamics::outputs`] |
-//! | derivatives by q, v, x, u, p | the lanes of [`Dual`] numbers | [`crate::LANES`] |
+//! | derivatives by q, v, x, u, p | the lanes of [`Dual`] numbers | [`lacuna_numbers::LANES`] |
 //!
 //! Units are those of the model that the dynamics belong to ([`crate::Model`]): an entry of F
 //! times a velocity is a power. A simulator that gives accelerations alone has M = 1
@@ -40,7 +40,7 @@ pub(crate) use equations::{Equations, Nodes};
 pub use exact::{Exact, GenericSimulator};
 
 use crate::model::Step;
-use crate::{Dual, Number};
+use lacuna_numbers::{Dual, Number};
 use std::fmt::Debug;
 use std::sync::Arc;
 

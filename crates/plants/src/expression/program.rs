@@ -5,7 +5,7 @@
 //! call, and temporaries that are used again as soon as they are free.
 
 use super::graph::{Binary, Graph, Node, NodeId, Unary};
-use crate::number::Number;
+use lacuna_numbers::Number;
 use std::sync::Arc;
 
 /// One operation on registers. The two kinds of operations are one flat code, so that the
@@ -40,8 +40,8 @@ macro_rules! codes {
             #[inline(always)]
             fn apply<T: Number>(self, a: T, b: T) -> T {
                 match self {
-                    $(Self::$unary => a.unary(Unary::$unary),)*
-                    $(Self::$binary => a.binary(Binary::$binary, b),)*
+                    $(Self::$unary => Unary::$unary.apply(a),)*
+                    $(Self::$binary => Binary::$binary.apply(a, b),)*
                 }
             }
         }
@@ -102,8 +102,8 @@ impl Program {
             frozen.push(match f {
                 Frozen::Constant(v) => T::constant(v),
                 Frozen::Parameter(p) => parameters[p as usize],
-                Frozen::Unary(op, a) => frozen[a as usize].unary(op),
-                Frozen::Binary(op, a, b) => frozen[a as usize].binary(op, frozen[b as usize]),
+                Frozen::Unary(op, a) => op.apply(frozen[a as usize]),
+                Frozen::Binary(op, a, b) => op.apply(frozen[a as usize], frozen[b as usize]),
             });
         }
         Bound { frozen }

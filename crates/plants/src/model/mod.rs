@@ -9,6 +9,7 @@ mod mass;
 mod name;
 mod observation;
 mod read;
+mod series;
 mod system;
 mod write;
 
@@ -16,12 +17,13 @@ pub use builder::{BuildError, Builder};
 pub use error::{ModelError, Place};
 pub use name::NameError;
 pub use observation::Observation;
+pub use series::{SeriesEffect, effective_inputs};
 pub use system::{Direction, Step, System, Workspace};
 pub use write::{Augmentation, NewEffect};
 
 use crate::Hold;
 use crate::dynamics::{Dynamics, Mass};
-use lacuna_effects::{Effect, Law, Variable};
+use lacuna_effects::{Channel, Effect, Law, Variable};
 use std::sync::Arc;
 
 /// What is believed of a machine.
@@ -193,10 +195,22 @@ impl Model {
     }
 
     /// Index in the machine's state of a channel's velocity; a first-order state is its own,
-    /// see [`lacuna_effects::Local`].
+    /// see [`lacuna_effects::Channel`].
     #[must_use]
     pub fn velocity_index(&self, channel: usize) -> usize {
         channel + self.coordinates.len()
+    }
+
+    /// Where a channel's coordinate and velocity stand in the machine's state.
+    #[must_use]
+    pub fn place(&self, channel: usize) -> Channel {
+        Channel { q: self.coordinate_index(channel), v: self.velocity_index(channel) }
+    }
+
+    /// The places of a channel and of the other one that an effect names.
+    #[must_use]
+    pub fn places(&self, channel: usize, other: Option<usize>) -> Vec<Channel> {
+        std::iter::once(channel).chain(other).map(|c| self.place(c)).collect()
     }
 
     /// Name of an entry of the machine's state.
@@ -280,7 +294,10 @@ impl Model {
             Variable::Coordinate => Some(self.channel_name(channel)),
             Variable::Velocity => self.coordinates.get(channel).map(|c| c.velocity.as_str()),
             Variable::Time => Some(&self.time_column),
-            Variable::OtherCoordinate | Variable::OtherVelocity | Variable::Input => None,
+            Variable::Acceleration
+            | Variable::OtherCoordinate
+            | Variable::OtherVelocity
+            | Variable::Input => None,
         }
     }
 
@@ -303,39 +320,17 @@ impl Model {
     /// The effective inputs (row-major, as `commands`) after the input effects of this model.
     #[must_use]
     pub fn effective_inputs(&self, times: &[f64], commands: &[f64]) -> Vec<f64> {
-        effective_inputs(&self.effects, self.inputs.len(), times, commands)
+        let effects = SeriesEffect::inputs(&self.effects);
+        effective_inputs(&effects, self.inputs.len(), times, commands.to_vec())
     }
 
     /// What the sensors make of an entry of the machine's state.
     #[must_use]
     pub fn observed(&self, state: usize, times: &[f64], truth: Vec<f64>) -> Vec<f64> {
-        self.effects.iter().filter(|e| e.channel == state).fold(truth, |series, e| {
-            match e.effect.law {
-                Law::Sensor(law) => law.observe(&e.parameters, times, &series),
-                _ => series,
-            }
-        })
+        let sensors = SeriesEffect::sensors(&self.effects).into_iter();
+        let own = sensors.filter(|e| e.channel == state);
+        own.fold(truth, |series, e| e.applied(times, &series))
     }
-}
-
-/// What the input effects among `effects` make of the commands to `m` actuators.
-#[must_use]
-pub fn effective_inputs(
-    effects: &[ModelEffect],
-    m: usize,
-    times: &[f64],
-    commands: &[f64],
-) -> Vec<f64> {
-    let mut effective = commands.to_vec();
-    for e in effects {
-        let Law::Input(law) = e.effect.law else { continue };
-        let column: Vec<f64> = effective.iter().skip(e.channel).step_by(m).copied().collect();
-        let out = law.transform(&e.parameters, times, &column);
-        for (k, value) in out.into_iter().enumerate() {
-            effective[k * m + e.channel] = value;
-        }
-    }
-    effective
 }
 
 /// The unit of a rate.

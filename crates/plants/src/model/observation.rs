@@ -1,8 +1,8 @@
 //! What the recordings see of the machine's state.
 
 use super::{Measured, Model};
-use crate::Number;
 use crate::dynamics::{Bound, Dynamics, Evaluated, Sizes};
+use lacuna_numbers::Number;
 use std::sync::Arc;
 
 /// The measured quantities of a model.

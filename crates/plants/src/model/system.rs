@@ -3,9 +3,10 @@
 use super::force::Force;
 use super::mass::solve_mass;
 use super::{Model, ModelEffect};
+use crate::Plant;
 use crate::dynamics::{Bound, BoundDynamics, Room, Sizes};
-use crate::{Dual, LANES, Number, Plant};
-use lacuna_effects::Law;
+use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
+use lacuna_numbers::{Dual, LANES, Number};
 
 /// Most variables and rates that are evaluated without touching the heap.
 const ON_STACK: usize = 20;
@@ -19,6 +20,19 @@ pub enum Direction {
     Effect(usize, usize),
     /// A constant force on a channel.
     Force(usize),
+}
+
+impl Direction {
+    /// Those of the internal parameters of one effect among some directions: parameter, lane.
+    pub(super) fn of_effect(
+        directions: &[(Self, usize)],
+        effect: usize,
+    ) -> impl Iterator<Item = (usize, usize)> + '_ {
+        directions.iter().filter_map(move |&(d, lane)| match d {
+            Self::Effect(e, j) if e == effect => Some((j, lane)),
+            _ => None,
+        })
+    }
 }
 
 /// A model with its parameters and force effects set: a plant that can be simulated, in plain
@@ -46,7 +60,9 @@ impl System {
     #[must_use]
     pub fn with(model: &Model, parameters: &[f64], effects: &[ModelEffect]) -> Self {
         let push = vec![0.0; model.channels()];
-        Self::built(model, model.dynamics.bind(parameters), effects, push, |_, e| e.internal())
+        let bound = model.dynamics.bind(parameters);
+        let law = |law: &'static dyn AnyForceLaw| law.plain();
+        Self::built(model, bound, effects, (push, 0.0), law, |_, e| e.internal())
     }
 
     /// Determinant of the mass matrix at a state; 1 without coordinates.
@@ -63,7 +79,8 @@ impl System {
 
 impl System<Dual> {
     /// The same with derivatives in up to [`LANES`] directions, each in the lane that stands
-    /// beside it; states and inputs bring their own. `sample` is the time from sample to sample.
+    /// beside it; states and inputs bring their own. `sample` is the time from sample to sample,
+    /// to which the time of an event can be told ([`lacuna_effects::At::sample`]).
     #[must_use]
     pub fn along(
         model: &Model,
@@ -82,19 +99,11 @@ impl System<Dual> {
                 Direction::Effect(..) => {}
             }
         }
-        let lanes = |index: usize| {
-            directions.iter().filter_map(move |&(d, lane)| match d {
-                Direction::Effect(e, j) if e == index => Some((j, lane)),
-                _ => None,
-            })
-        };
         let bound = model.dynamics.bind_dual(&numbers);
-        let mut system =
-            Self::built(model, bound, effects, push, |index, e| e.internal_along(lanes(index)));
-        for force in &mut system.forces {
-            force.resolve(sample);
-        }
-        system
+        let law = |law: &'static dyn AnyForceLaw| law.dual();
+        Self::built(model, bound, effects, (push, sample), law, |index, e| {
+            e.internal_along(Direction::of_effect(directions, index))
+        })
     }
 }
 
@@ -103,14 +112,17 @@ impl<T: Number> System<T> {
         model: &Model,
         bound: Bound<T>,
         effects: &[ModelEffect],
-        push: Vec<T>,
+        (push, sample): (Vec<T>, f64),
+        in_this_number: impl Fn(&'static dyn AnyForceLaw) -> &'static dyn ForceLawIn<T>,
         internal: impl Fn(usize, &ModelEffect) -> Vec<T>,
     ) -> Self {
         let mut memory = 0;
         let mut forces = Vec::new();
         for (index, e) in effects.iter().enumerate() {
             let Law::Force(law) = e.effect.law else { continue };
-            forces.push(Force::new(law, e, internal(index, e), memory));
+            let laws = (law, in_this_number(law));
+            let begin = model.machine_states() + memory;
+            forces.push(Force::new(model, e, laws, internal(index, e), begin, sample));
             memory += law.memory();
         }
         Self { bound, sizes: model.dynamics.sizes(), forces, push, memory }
@@ -134,7 +146,7 @@ impl<T: Number> System<T> {
         let mut state = machine.to_vec();
         state.resize(machine.len() + self.memory, 0.0);
         for force in &self.forces {
-            force.rest(self.sizes.coordinates, &mut state, machine.len());
+            force.rest(machine, &mut state);
         }
         state
     }
@@ -187,8 +199,8 @@ impl<T: Number> System<T> {
             self.stage(bound, w, 3, (t + h, share(1.0)), inputs, (state, h));
             let [k1, k2, k3, k4] = &w.slope;
             for (i, x) in state.iter_mut().enumerate() {
-                let sum = k1[i] + (k2[i] + k3[i]).scaled(2.0) + k4[i];
-                *x = *x + sum.scaled(h / 6.0);
+                let sum = k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
+                *x = *x + sum * (h / 6.0);
             }
         }
     }
@@ -205,12 +217,12 @@ impl<T: Number> System<T> {
         (state, step): (&[T], f64),
     ) {
         for (u, (a, b)) in w.input.iter_mut().zip(here.iter().zip(next)) {
-            *u = *a + (*b - *a).scaled(share);
+            *u = *a + (*b - *a) * share;
         }
         w.stage.copy_from_slice(state);
         if k > 0 {
             for (x, slope) in w.stage.iter_mut().zip(&w.slope[k - 1]) {
-                *x = *x + slope.scaled(step);
+                *x = *x + *slope * step;
             }
         }
         let Workspace { room, variables, outputs, slope, stage, input } = w;
@@ -241,7 +253,7 @@ impl<T: Number> System<T> {
             *f = *f + *p;
         }
         for f in &self.forces {
-            f.add((n, machine), t, state, force, derivative);
+            f.add((t, state, u), (n, mass), force, derivative);
         }
         solve_mass(mass, &mut force[..n]);
         derivative[..n].copy_from_slice(&state[n..2 * n]);

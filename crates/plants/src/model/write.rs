@@ -154,7 +154,7 @@ fn entry(p: &Parameter, own: &[(f64, Option<f64>, String)], over: Option<&str>) 
     let mut entry = InlineTable::new();
     match p.kind {
         Kind::Variable => return over.map(value),
-        Kind::Number => {
+        Kind::Number | Kind::Side => {
             entry.insert("value", Value::from(*number));
             if let Some(std) = std {
                 entry.insert("std", Value::from(*std));
