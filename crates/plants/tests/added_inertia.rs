@@ -1,7 +1,7 @@
 //! An added inertia is part of the mass matrix: a machine with it moves as one of larger mass.
 
 use lacuna_numbers::{Dual, Number};
-use lacuna_plants::model::{Direction, Equations};
+use lacuna_plants::model::Direction;
 use lacuna_plants::{Model, Plant, System};
 
 /// Two joints that pull at each other, and three, whose mass matrix is solved by elimination.
@@ -71,7 +71,7 @@ fn its_derivative_is_that_of_the_mass() {
         let model = model(joints, "0.7", "0.45");
         let directions = [(Direction::Effect(0, 0), 1), (Direction::Parameter(0), 2)];
         let (equations, p) = (Equations::of(&model), model.values());
-        let system = System::along(&model, &equations, &p, &model.effects, &directions, 0.01);
+        let system = System::along(&model, &p, &model.effects, &directions, 0.01);
         let mut w = system.workspace();
         let mut x: Vec<Dual> = (0..2 * joints).map(|k| Dual::constant(0.1 * k as f64)).collect();
         for k in 0..200 {
