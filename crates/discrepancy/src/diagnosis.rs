@@ -151,7 +151,7 @@ pub struct Curve {
     pub variable_unit: String,
     /// Unit of the force.
     pub force_unit: String,
-    /// Values of the variable.
+    /// Values of the variable, on an even grid but for those that were never visited.
     pub at: Vec<f64>,
     /// Learned force there.
     pub learned: Vec<f64>,
@@ -187,7 +187,8 @@ pub struct Location {
 pub struct ChannelMismatch {
     /// Classes of the findings that act on it.
     pub explained_by: Vec<String>,
-    /// Log evidence (nats) that a force is missing in this channel's equation.
+    /// Log evidence (nats) that a force of one variable is missing in this channel's equation,
+    /// which its uncertain parameters cannot stand for; 0 where nothing measured tells.
     pub significance: f64,
     /// The variable over which a free curve shows it best.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -198,13 +199,15 @@ pub struct ChannelMismatch {
     /// When it begins (s), where nothing was missing before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
-    /// Standard deviation of the force that is missing before anything is added.
+    /// Root mean square, along the measured motion, of the force that is missing before anything
+    /// is added.
     pub missing_force: f64,
     /// Its unit.
     pub unit: String,
-    /// The force that is missing before anything is added, learned without a formula: over the
-    /// variable that shows it best, and over time where time shows it too. Empty where the
-    /// evidence does not support any.
+    /// The force that is missing before anything is added, learned along the measured motion
+    /// without a formula: over the variable that shows it best, and what varies beside it (with
+    /// no mean) over others where the evidence supports that. Values of the variable that the
+    /// recordings never came near are left out. Empty where the evidence does not support any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub curves: Vec<Curve>,
 }

@@ -13,6 +13,7 @@
 //! | --- | --- |
 //! | measured channels, noise sigma | [`Dataset`], [`Observed`] |
 //! | smoothed motion q, q' | [`trajectories::SmoothedRecording`] |
+//! | missing force r(t) = f(x(t)) + remainder along the measured motion | [`missing_force::MissingForce`] |
 //! | law b with shape s, priors of a and s | [`lacuna_effects::Effect`], [`candidates::Term`] |
 //! | likelihood of the differential equation, evidence Z | [`likelihood`] |
 //! | occupation functionals with the Green's function as test function | [`screen::Screen`] |
@@ -33,6 +34,7 @@ pub mod diagnose;
 pub mod diagnosis;
 mod error;
 pub mod likelihood;
+pub mod missing_force;
 pub mod prediction;
 mod range;
 pub mod screen;

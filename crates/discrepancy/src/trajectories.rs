@@ -117,6 +117,12 @@ impl SmoothedRecording {
         along
     }
 
+    /// Number of coordinates.
+    #[must_use]
+    pub fn coordinates(&self) -> usize {
+        self.coordinates
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -39,6 +39,7 @@
 //! | --- | --- | --- |
 //! | samples y, rates y', inputs u | [`Motion`] | N x n, N x n, N x m |
 //! | f_i ~ GP(0, a_0^2 K_0), g_ij ~ GP(0, a_j^2 K_j) | [`identification::RowChoice`] | n rows of 1 + m |
+//! | evidence of linear equations in closed form | [`identification::evidence`] | |
 //! | standard deviations of f and g at x | [`IdentifiedModel::standard_deviations`] | n, n x m |
 //!
 //! Source: M. Abudia, T. Channagiri, J. A. Rosenfeld, R. Kamalapurkar, "Control Occupation Kernel Regression", IEEE
@@ -104,6 +105,7 @@ pub use kernel::{
     ExponentialDotProduct, Form, Gaussian, Kernel, KernelError, KernelSpec, Matern, Polynomial,
     Profile, Smoothness,
 };
+pub use linear::{Factor, NonPositivePivot};
 pub use occupation_kernels::OccupationKernels;
 pub use quadrature::{Quadrature, QuadratureError};
 pub use regression::low_rank::{Fitted, Limits, LowRank, StreamError, Way};

@@ -27,7 +27,7 @@ pub(crate) fn times_upper(to: MatMut<'_, f64>, rows: MatRef<'_, f64>, upper: Mat
 
 /// A pivot of the Cholesky factorisation that is not positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct NonPositivePivot {
+pub struct NonPositivePivot {
     /// Row of the pivot.
     pub index: usize,
 }
@@ -49,12 +49,15 @@ pub(crate) fn solve_positive_definite(
 
 /// Lower Cholesky factor C of a positive definite matrix B = C C^T.
 #[derive(Debug, Clone)]
-pub(crate) struct Factor {
+pub struct Factor {
     lower: Mat<f64>,
 }
 
 impl Factor {
     /// Factorises; reads the lower triangle alone.
+    ///
+    /// # Errors
+    /// A pivot that is not positive.
     pub fn of(mut matrix: Mat<f64>) -> Result<Self, NonPositivePivot> {
         let size = matrix.nrows();
         let mut memory =
@@ -67,6 +70,9 @@ impl Factor {
 
     /// Factorises a matrix that is positive definite but for rounding: where it is not, the diagonal is raised by shares of
     /// the trace, from that of rounding up. Made anew for each trial, as factors take its place; reads the lower triangle.
+    ///
+    /// # Errors
+    /// A pivot that is not positive however much the diagonal is raised.
     pub fn of_nearly(matrix: impl Fn() -> Mat<f64>) -> Result<Self, NonPositivePivot> {
         const SHARES: [f64; 4] = [1e-15, 1e-13, 1e-11, 1e-9];
         let mut found = Self::of(matrix());

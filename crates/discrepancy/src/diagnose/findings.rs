@@ -3,7 +3,8 @@
 use super::location;
 use super::outcome::Ladder;
 use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding};
-use crate::screen::{Over, Screen};
+use crate::missing_force::{Belief, MissingForce};
+use crate::screen::Over;
 use crate::search::{Named, Rival};
 use crate::trajectories::SmoothedRecording;
 use crate::words;
@@ -16,27 +17,23 @@ const NONE_OF_THESE: f64 = 0.02;
 /// Probability below which an experiment is suggested.
 const UNDECIDED: f64 = 0.95;
 
-/// What findings are drawn beside: the chosen model's motion, and the residuals along it.
-struct Beside<'s> {
-    screen: Option<Screen<'s>>,
-    motion: Vec<SmoothedRecording>,
-}
-
 impl Ladder<'_> {
     pub(super) fn findings(&self) -> Vec<Finding> {
-        // What the recordings show beside the laws, all else as it was fitted: a curve that could
-        // trade with it would show its doubt, not the force's.
-        let mut held = self.found.chosen.clone();
-        held.hypothesis = held.hypothesis.held();
-        let beside = Beside { screen: Screen::new(&held).ok(), motion: self.motion() };
-        let named = self.effects.iter().zip(&self.found.named);
+        let motion = self.motion();
+        let named = self.effects.iter().zip(&self.found.named).enumerate();
         let mut findings: Vec<Finding> =
-            named.map(|(e, named)| self.finding(e, named, &beside)).collect();
+            named.map(|(k, (e, named))| self.finding(k, e, named, &motion)).collect();
         findings.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         findings
     }
 
-    fn finding(&self, e: &ModelEffect, named: &Named, beside: &Beside) -> Finding {
+    fn finding(
+        &self,
+        k: usize,
+        e: &ModelEffect,
+        named: &Named,
+        motion: &[SmoothedRecording],
+    ) -> Finding {
         let new = self.new_effect(e);
         let parameters: BTreeMap<String, Estimate> = e
             .effect
@@ -51,7 +48,7 @@ impl Ladder<'_> {
             })
             .collect();
         let (probability, alternatives) = self.odds(&named.rivals);
-        let curve = self.curve(e, beside.screen.as_ref());
+        let curve = self.curve(k, e);
         let mut says = words::says(e, &new, self.problem.model);
         if let (Some(curve), Some(over)) = (&curve, e.over()) {
             let over_velocity = over == Variable::Velocity;
@@ -61,7 +58,7 @@ impl Ladder<'_> {
         Finding {
             class: e.effect.class.to_owned(),
             depends_on: self.variables(e),
-            region: self.region(e, curve.as_ref(), &beside.motion),
+            region: self.region(e, curve.as_ref(), motion),
             time: onset.map(|t| t.value),
             probability,
             alternatives,
@@ -194,20 +191,31 @@ impl Ladder<'_> {
         paths.iter().enumerate().map(along).collect()
     }
 
-    /// The learned force and the law over the variable that it depends on, for laws of one
+    /// The force that the recordings show beside the other effects, all else as it was fitted, and
+    /// the law of the `k`-th finding, over the variable that it depends on: for laws of one
     /// variable and no memory.
-    fn curve(&self, e: &ModelEffect, screen: Option<&Screen>) -> Option<Curve> {
+    fn curve(&self, k: usize, e: &ModelEffect) -> Option<Curve> {
         let Law::Force(law) = e.effect.law else { return None };
         let over = match e.effect.variables(&e.parameters) {
-            [Variable::Velocity] => Over::Velocity,
-            [Variable::Coordinate] | [] => Over::Coordinate,
+            [Variable::Velocity] if self.problem.model.is_coordinate(e.channel) => Over::Velocity,
+            [Variable::Velocity | Variable::Coordinate] | [] => Over::Coordinate,
             [Variable::Time] => Over::Time,
             _ => return None,
         };
         if law.memory() > 0 {
             return None;
         }
-        let remainder = screen?.learn(e.channel, over)?;
+        let chosen = &self.found.chosen.hypothesis;
+        let mut others = chosen.effects.clone();
+        others.remove(chosen.own + k);
+        // A curve that could trade with the parameters would show its doubt, not the force's.
+        let belief = Belief {
+            parameters: chosen.parameters.clone(),
+            uncertain: vec![],
+            effects: &others,
+            prior_odds: self.decision.prior_odds,
+        };
+        let shown = MissingForce::over(self.problem, &belief, e.channel, over)?;
         let internal = law.internal(&e.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
         let mut basis = vec![0.0; law.amplitudes()];
@@ -215,16 +223,15 @@ impl Ladder<'_> {
             law.plain().along(shape, &At::new(x, &[x, x], &Channel::ALONE), &mut basis);
             amplitudes.iter().zip(&basis).map(|(a, b)| a * b).sum::<f64>()
         };
-        let law_there: Vec<f64> = remainder.at.iter().copied().map(force).collect();
         let (variable, variable_unit) = self.variable(e.channel, over);
         Some(Curve {
             variable,
             variable_unit,
             force_unit: self.problem.model.force_unit(e.channel),
-            learned: law_there.iter().zip(&remainder.force).map(|(l, r)| l + r).collect(),
-            law: law_there,
-            at: remainder.at,
-            std: remainder.std,
+            law: shown.at.iter().copied().map(force).collect(),
+            learned: shown.force,
+            at: shown.at,
+            std: shown.std,
         })
     }
 }

@@ -2,7 +2,8 @@
 
 use super::outcome::Ladder;
 use crate::diagnosis::{ChannelMismatch, Curve, Finding, Location};
-use crate::screen::{Learned, Over, Screen};
+use crate::missing_force::{Belief, Channel, Learned, MissingForce};
+use crate::screen::Over;
 use std::collections::BTreeMap;
 
 /// A curve acts where it is larger than this many of its standard deviations ...
@@ -11,34 +12,25 @@ const SIGNIFICANT: f64 = 2.0;
 const QUIET: f64 = 0.1;
 
 impl Ladder<'_> {
-    /// What is missing on each channel before anything is added.
+    /// What the model misses on each channel as it is, its parameters within their tolerances.
     pub(super) fn location(&self, findings: &[Finding]) -> Location {
         let model = self.problem.model;
-        let screen = Screen::new(&self.found.calibrated).ok();
+        let missing = MissingForce::of(self.problem, &Belief::of(model, self.decision.prior_odds));
         let channels = (0..model.channels()).map(|c| {
             let name = model.channel_name(c).to_owned();
             let explained_by =
                 findings.iter().filter(|f| f.channel == name).map(|f| f.class.clone()).collect();
-            (name, self.mismatch(screen.as_ref(), c, explained_by))
+            (name, self.mismatch(missing.channel(c), c, explained_by))
         });
         Location { channels: channels.collect() }
     }
 
     fn mismatch(
         &self,
-        screen: Option<&Screen>,
+        missing: Option<&Channel>,
         channel: usize,
         explained_by: Vec<String>,
     ) -> ChannelMismatch {
-        let model = self.problem.model;
-        let overs: &[Over] = if model.is_coordinate(channel) {
-            &[Over::Coordinate, Over::Velocity, Over::Time]
-        } else {
-            &[Over::Coordinate, Over::Time]
-        };
-        let learned = overs.iter().filter_map(|&o| Some((o, screen?.learn(channel, o)?)));
-        let mut learned: Vec<(Over, Learned)> = learned.collect();
-        learned.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain));
         let mut mismatch = ChannelMismatch {
             explained_by,
             significance: 0.0,
@@ -46,47 +38,41 @@ impl Ladder<'_> {
             region: BTreeMap::new(),
             time: None,
             missing_force: 0.0,
-            unit: model.force_unit(channel),
+            unit: self.problem.model.force_unit(channel),
             curves: Vec::new(),
         };
-        let Some((over, best)) = learned.first() else { return mismatch };
-        let squares: f64 = best.force.iter().map(|f| f * f).sum();
-        mismatch.significance = best.gain.max(0.0);
-        mismatch.missing_force = (squares / best.force.len() as f64).sqrt();
-        if best.gain < self.decision.prior_odds {
+        let Some(missing) = missing else { return mismatch };
+        mismatch.significance = missing.significance;
+        mismatch.missing_force = missing.rms;
+        let significant = missing.significance >= self.decision.prior_odds;
+        let Some(best) = missing.curves.first().filter(|_| significant)
+        else {
             return mismatch;
-        }
-        mismatch.curves = self.shown(channel, &learned);
+        };
+        mismatch.curves = missing.curves.iter().map(|l| self.bare(channel, l)).collect();
         let Some((from, to)) = acts(&best.at, &best.force, &best.std) else { return mismatch };
-        let variable = self.variable(channel, *over).0;
+        let variable = self.variable(channel, best.over).0;
         mismatch.depends_on = Some(variable.clone());
         let length = best.at[best.at.len() - 1] - best.at[0];
-        if *over == Over::Time && from - best.at[0] > QUIET * length {
+        if best.over == Over::Time && from - best.at[0] > QUIET * length {
             mismatch.time = Some(from);
         }
         mismatch.region.insert(variable, [from, to]);
         mismatch
     }
 
-    /// Of learned curves, the best first, those for a picture: the best, and the one over time
-    /// where the evidence supports it.
-    fn shown(&self, channel: usize, learned: &[(Over, Learned)]) -> Vec<Curve> {
-        let shown = learned.iter().enumerate().filter(|(rank, (over, curve))| {
-            curve.gain >= self.decision.prior_odds && (*rank == 0 || *over == Over::Time)
-        });
-        let curve = |(_, (over, curve)): (usize, &(Over, Learned))| {
-            let (variable, variable_unit) = self.variable(channel, *over);
-            Curve {
-                variable,
-                variable_unit,
-                force_unit: self.problem.model.force_unit(channel),
-                at: curve.at.clone(),
-                learned: curve.force.clone(),
-                std: curve.std.clone(),
-                law: Vec::new(),
-            }
-        };
-        shown.map(curve).collect()
+    /// A learned curve without a law.
+    fn bare(&self, channel: usize, learned: &Learned) -> Curve {
+        let (variable, variable_unit) = self.variable(channel, learned.over);
+        Curve {
+            variable,
+            variable_unit,
+            force_unit: self.problem.model.force_unit(channel),
+            at: learned.at.clone(),
+            learned: learned.force.clone(),
+            std: learned.std.clone(),
+            law: Vec::new(),
+        }
     }
 
     /// Name and unit of what a curve of a channel is over.

@@ -3,7 +3,7 @@
 use super::{Scored, Screen};
 use crate::candidates::{Candidate, Term};
 use crate::range::inner_range;
-use lacuna_effects::{At, Channel, Law, curve};
+use lacuna_effects::curve;
 use rayon::prelude::*;
 
 /// The variable that a curve is over, by its number in the law's `over`.
@@ -15,19 +15,6 @@ pub enum Over {
     Velocity,
     /// Time.
     Time,
-}
-
-/// A force learned without a formula.
-#[derive(Clone, Debug)]
-pub struct Learned {
-    /// Values of the variable.
-    pub at: Vec<f64>,
-    /// The force there.
-    pub force: Vec<f64>,
-    /// Its standard deviation.
-    pub std: Vec<f64>,
-    /// Nats that it gains.
-    pub gain: f64,
 }
 
 impl Screen<'_> {
@@ -76,29 +63,5 @@ impl Screen<'_> {
             }
         }
         inner_range(values, 1000)
-    }
-
-    /// What the residual shows of a force on a channel that depends on one variable alone, with
-    /// its uncertainty, on a fine grid.
-    #[must_use]
-    pub fn learn(&self, channel: usize, over: Over) -> Option<Learned> {
-        const POINTS: usize = 96;
-        let term = self.curve(channel, over)?;
-        let Law::Force(law) = term.candidate.effect.law else { return None };
-        let (sd, _) = self.priors(&term);
-        let normal = self.amplitudes(&term)?;
-        let (gain, amplitudes, covariance) = self.solve(&normal, &sd);
-        let (from, to) = (term.shape[0], term.shape[1]);
-        let at: Vec<f64> =
-            (0..POINTS).map(|k| from + (to - from) * k as f64 / (POINTS - 1) as f64).collect();
-        let mut basis = vec![0.0; amplitudes.len()];
-        let (mut force, mut std) = (vec![], vec![]);
-        for &x in &at {
-            law.plain().along(&term.shape, &At::new(x, &[x, x], &Channel::ALONE), &mut basis);
-            force.push(basis.iter().zip(&amplitudes).map(|(b, a)| b * a).sum());
-            let b = nalgebra::DVector::from_column_slice(&basis);
-            std.push(b.dot(&(&covariance * &b)).max(0.0).sqrt());
-        }
-        Some(Learned { at, force, std, gain })
     }
 }

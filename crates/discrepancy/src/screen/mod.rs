@@ -23,7 +23,7 @@ mod maps;
 
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::{Fit, FitError, Problem};
-pub use curves::{Learned, Over};
+pub use curves::Over;
 use lacuna_effects::{Law, Prior};
 use local::{Along, along, dot, dots};
 pub use maps::{Drive, Maps};

@@ -5,6 +5,7 @@ mod errors;
 mod findings;
 mod likelihood;
 mod machines;
+mod missing_force;
 mod nothing_missing;
 mod prediction;
 mod screen;

@@ -12,18 +12,23 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular};
 use faer::{Accum, Mat, MatRef, Par};
 
-use crate::linear::{Factor, NonPositivePivot};
+use crate::{Factor, NonPositivePivot};
 
 /// Phi^T Phi (lower triangle), Phi^T y, y . y, and the number R of equations.
 #[derive(Debug, Clone)]
-pub(crate) struct Normal {
+pub struct Normal {
+    /// Phi^T Phi: its lower triangle.
     pub gram: Mat<f64>,
+    /// Phi^T y.
     pub moment: Vec<f64>,
+    /// y . y.
     pub square: f64,
+    /// R.
     pub equations: usize,
 }
 
 impl Normal {
+    /// No equation yet, for so many coefficients.
     pub fn new(columns: usize) -> Self {
         Self {
             gram: Mat::zeros(columns, columns),
@@ -73,6 +78,9 @@ impl Normal {
     }
 
     /// The posterior for prior standard deviations D of the coefficients and noise sigma.
+    ///
+    /// # Errors
+    /// A matrix B that is not positive definite: numbers that are not finite.
     pub fn posterior(&self, prior: &[f64], sigma: f64) -> Result<Posterior, NonPositivePivot> {
         let (p, variance) = (self.moment.len(), sigma * sigma);
         let matrix = || {
@@ -99,8 +107,11 @@ impl Normal {
 
 /// Mean of the coefficients, log p(y), and the factor C of B: the covariance is D B^-1 D.
 #[derive(Debug, Clone)]
-pub(crate) struct Posterior {
+pub struct Posterior {
+    /// Mean of the coefficients.
     pub coefficients: Vec<f64>,
+    /// log p(y).
     pub log_evidence: f64,
+    /// C.
     pub factor: Factor,
 }

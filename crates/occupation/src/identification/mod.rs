@@ -10,7 +10,7 @@
 //! | weak form without initial derivatives | `weak` | whole windows, free initial values, the errors' exact covariance |
 //! | kernel family, widths, lambda, noise | [`choice`] | marginal likelihood in closed form |
 //! | arguments between samples | `path` | trajectories of trial models |
-//! | coefficients, first from the weak form | `fit`, `evidence` | linear regression in closed form |
+//! | coefficients, first from the weak form | `fit`, [`evidence`] | linear regression in closed form |
 //! | few features instead of every sample | `basis` | pivoted Cholesky (Nystrom) |
 //! | errors in variables, motion between samples | `flow`, `refine` | the weak form along the model's own trajectories |
 //! | standard deviations of f and g | [`crate::Uncertainty`] | posterior of the last linearisation |
@@ -20,7 +20,7 @@ mod basis;
 pub mod choice;
 mod data;
 mod error;
-mod evidence;
+pub mod evidence;
 mod family;
 mod field;
 mod fit;

@@ -48,15 +48,15 @@ fn line(l: &Line, frame: &Frame) -> Markup {
     }
 }
 
+/// The outline of a band, in pieces between its gaps.
 fn outline(band: &Band, frame: &Frame) -> String {
-    let finite = |e: &&(f64, f64, f64)| e.0.is_finite() && e.1.is_finite() && e.2.is_finite();
-    let edges: Vec<_> = band.edges.iter().filter(finite).collect();
+    let finite = |e: &(f64, f64, f64)| e.0.is_finite() && e.1.is_finite() && e.2.is_finite();
     let cut = |y: f64| y.clamp(frame.ys.start, frame.ys.end);
-    let lower = edges.iter().map(|e| (e.0, cut(e.1)));
-    let upper = edges.iter().rev().map(|e| (e.0, cut(e.2)));
     let mut d = String::new();
-    path(&mut d, lower.chain(upper).map(|p| frame.place(p)));
-    if !d.is_empty() {
+    for edges in band.edges.split(|e| !finite(e)).filter(|piece| !piece.is_empty()) {
+        let lower = edges.iter().map(|e| (e.0, cut(e.1)));
+        let upper = edges.iter().rev().map(|e| (e.0, cut(e.2)));
+        path(&mut d, lower.chain(upper).map(|p| frame.place(p)));
         d.push('z');
     }
     d
@@ -95,6 +95,7 @@ fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Colour;
     use super::*;
 
     #[test]
@@ -103,6 +104,15 @@ mod tests {
         path(&mut d, [(10, 20), (13, 18), (11, 18), (12, 25)].into_iter());
         path(&mut d, [(-1, -2), (0, 0)].into_iter());
         assert_eq!(d, "M10 20l3-2-2 0 1 7M-1-2l1 2");
+    }
+
+    #[test]
+    fn bands_are_cut_at_gaps() {
+        let frame = Frame::new(0..100, 0..100, (0.0..10.0, 0.0..10.0));
+        let edge = |x: f64| (x, 2.0, 4.0);
+        let edges = vec![edge(0.0), edge(1.0), (2.0, f64::NAN, f64::NAN), edge(3.0), edge(4.0)];
+        let d = outline(&Band { label: String::new(), colour: Colour::Ink, edges }, &frame);
+        assert_eq!((d.matches('M').count(), d.matches('z').count()), (2, 2), "{d}");
     }
 
     #[test]

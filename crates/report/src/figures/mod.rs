@@ -104,7 +104,7 @@ pub struct Band {
     pub label: String,
     /// Its colour, drawn pale.
     pub colour: Colour,
-    /// Abscissa, lower and upper edge.
+    /// Abscissa, lower and upper edge; one that is not finite is a gap.
     pub edges: Vec<(f64, f64, f64)>,
 }
 

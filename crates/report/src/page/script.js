@@ -239,11 +239,13 @@
     }
 
     between(entry, at) {
-      const points = entry.pieces[0] || [];
-      const lower = points.slice(0, points.length / 2);
-      const upper = points.slice(points.length / 2).reverse();
-      if (lower.length < 2 || at < lower[0][0] || at > lower[lower.length - 1][0]) return "–";
-      return `${this.written(along(lower, at))} to ${this.written(along(upper, at))}`;
+      for (const points of entry.pieces) {
+        const lower = points.slice(0, points.length / 2);
+        const upper = points.slice(points.length / 2).reverse();
+        if (lower.length < 2 || at < lower[0][0] || at > lower[lower.length - 1][0]) continue;
+        return `${this.written(along(lower, at))} to ${this.written(along(upper, at))}`;
+      }
+      return "–";
     }
 
     /// Narrow all linked figures to steps of the whole range.

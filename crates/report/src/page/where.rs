@@ -72,8 +72,12 @@ fn location(d: &Diagnosis) -> Markup {
     let row = |(name, m): (&String, &ChannelMismatch)| {
         let classes: Vec<String> = m.explained_by.iter().map(|c| words::class_words(c)).collect();
         let by = if classes.is_empty() { "-".to_owned() } else { classes.join(", ") };
-        let evidence = plain(m.significance, "nats");
-        vec![name.clone(), plain(m.missing_force, &m.unit), evidence, acts(m), by]
+        // Nothing at all is said of an equation that holds what nothing measures.
+        let told = m.missing_force > 0.0 || m.significance > 0.0;
+        let said =
+            |value: f64, unit: &str| if told { plain(value, unit) } else { "not told".to_owned() };
+        let (force, evidence) = (said(m.missing_force, &m.unit), said(m.significance, "nats"));
+        vec![name.clone(), force, evidence, acts(m), by]
     };
     let rows: Vec<_> = d.location.channels.iter().map(row).collect();
     let head =

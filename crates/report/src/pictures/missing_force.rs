@@ -43,9 +43,13 @@ fn channel(d: &Diagnosis, name: &str, mismatch: Option<&ChannelMismatch>) -> Vec
 
 /// The learned force with a band of two standard deviations, and the law, if any, over it.
 fn picture(channel: &str, c: &Curve, caption: &str, law: Option<&str>) -> Picture {
-    let points = |y: &[f64]| c.at.iter().copied().zip(y.iter().copied()).collect();
+    let points = |y: &[f64]| {
+        let all = c.at.iter().copied().zip(y.iter().copied()).collect();
+        with_gaps(all, |p: &(f64, f64)| p.0, (f64::NAN, f64::NAN))
+    };
     let edges = c.at.iter().zip(&c.learned).zip(&c.std);
     let edges = edges.map(|((&x, &y), &s)| (x, y - 2.0 * s, y + 2.0 * s)).collect();
+    let edges = with_gaps(edges, |e: &(f64, f64, f64)| e.0, (f64::NAN, f64::NAN, f64::NAN));
     let line = |label: &str, colour, style, values: &[f64]| Line {
         label: label.into(),
         colour,
@@ -75,6 +79,21 @@ fn picture(channel: &str, c: &Curve, caption: &str, law: Option<&str>) -> Pictur
     }
 }
 
+/// The points with a gap wherever values of the variable were left out, as never visited.
+fn with_gaps<P: Copy>(points: Vec<P>, x: impl Fn(&P) -> f64, gap: P) -> Vec<P> {
+    const APART: f64 = 1.5;
+    let steps = points.windows(2).map(|pair| x(&pair[1]) - x(&pair[0]));
+    let usual = steps.fold(f64::INFINITY, f64::min);
+    let mut out: Vec<P> = Vec::with_capacity(points.len());
+    for point in points {
+        if out.last().is_some_and(|last| x(&point) - x(last) > APART * usual) {
+            out.push(gap);
+        }
+        out.push(point);
+    }
+    out
+}
+
 /// Both curves with half their span around them: the band may open wide where data are few.
 fn view(c: &Curve) -> Option<(f64, f64)> {
     let curves = c.learned.iter().chain(&c.law).filter(|v| v.is_finite());
@@ -100,4 +119,17 @@ fn description(channel: &str, c: &Curve, law: Option<&str>) -> String {
 
 fn axis(name: &str, unit: &str) -> String {
     if unit.is_empty() || unit == "1" { name.to_owned() } else { format!("{name} ({unit})") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_gaps;
+
+    #[test]
+    fn values_that_were_left_out_are_gaps() {
+        let points = vec![(0.0, 1.0), (0.5, 1.0), (2.0, 3.0), (2.5, 3.0)];
+        let found = with_gaps(points.clone(), |p: &(f64, f64)| p.0, (f64::NAN, f64::NAN));
+        assert_eq!(found.len(), 5);
+        assert!(found[2].0.is_nan() && found[1] == points[1] && found[3] == points[2]);
+    }
 }
