@@ -78,7 +78,7 @@ pub struct Finding {
     /// The other channel of a coupling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other: Option<String>,
-    /// Channels that the effect depends on.
+    /// Channels that the effect depends on; of an inertia "acceleration of" its channel.
     pub depends_on: Vec<String>,
     /// Range of those channels in which it acts.
     pub region: BTreeMap<String, [f64; 2]>,

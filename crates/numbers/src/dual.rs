@@ -133,16 +133,6 @@ impl Number for Dual {
     }
 
     #[inline(always)]
-    fn tangent(&self) -> &[f64] {
-        &self.tangent
-    }
-
-    #[inline(always)]
-    fn with_tangent(value: f64, tangent: impl Fn(usize) -> f64) -> Self {
-        Self { value, tangent: std::array::from_fn(tangent) }
-    }
-
-    #[inline(always)]
     fn mapped(self, value: f64, slope: f64) -> Self {
         self.along(value, slope)
     }

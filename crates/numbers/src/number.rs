@@ -26,12 +26,6 @@ pub trait Number:
     /// Its value.
     fn value(self) -> f64;
 
-    /// The derivatives that it carries; none for a plain number.
-    fn tangent(&self) -> &[f64];
-
-    /// A number of this value whose derivative in each lane is given.
-    fn with_tangent(value: f64, tangent: impl Fn(usize) -> f64) -> Self;
-
     /// `f(self)`, given the value and the slope of f there.
     fn mapped(self, value: f64, slope: f64) -> Self;
 
@@ -111,16 +105,6 @@ impl Number for f64 {
     #[inline(always)]
     fn value(self) -> f64 {
         self
-    }
-
-    #[inline(always)]
-    fn tangent(&self) -> &[f64] {
-        &[]
-    }
-
-    #[inline(always)]
-    fn with_tangent(value: f64, _tangent: impl Fn(usize) -> f64) -> Self {
-        value
     }
 
     #[inline(always)]

@@ -94,10 +94,9 @@ fn kinks_have_the_derivative_to_their_right() {
 
 #[test]
 fn a_function_given_by_value_and_slope_obeys_the_chain_rule() {
-    let x = Dual::with_tangent(2.0, |l| l as f64);
+    let x = Dual { value: 2.0, tangent: std::array::from_fn(|l| l as f64) };
     let y = x.mapped(5.0, -3.0);
     assert_eq!(y.value(), 5.0);
-    assert_eq!(y.tangent(), std::array::from_fn::<f64, LANES, _>(|l| -3.0 * l as f64));
+    assert_eq!(y.tangent, std::array::from_fn::<f64, LANES, _>(|l| -3.0 * l as f64));
     assert_eq!(2.0f64.mapped(5.0, -3.0), 5.0);
-    assert!(2.0f64.tangent().is_empty());
 }
