@@ -18,10 +18,12 @@
 //! | the same within microseconds, for control loops | [`realtime`] |
 //! | from mismatch to findings | [`discrepancy`] |
 //! | computed torque on true or identified models | [`control`] |
+//! | charts | [`charts`] |
 //! | pictures and words | [`report`] |
 //!
 //! The `lacuna` command is a thin layer on these; see its `--help`.
 
+pub use lacuna_charts as charts;
 pub use lacuna_control as control;
 pub use lacuna_discrepancy as discrepancy;
 pub use lacuna_effects as effects;
