@@ -23,8 +23,8 @@
 //! ([`diagnosed`]), and take up what was found in the model ([`main`]).
 //! Run it with `cargo run --release -p lacuna --example closure`.
 
-use lacuna::discrepancy::{Dataset, Watch};
 use lacuna::discrepancy::diagnose::{Options, Outcome, diagnose, split};
+use lacuna::discrepancy::{Dataset, Watch};
 use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna::plants::dynamics::Point;
 use lacuna::plants::model::BuildError;

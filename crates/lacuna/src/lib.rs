@@ -19,12 +19,14 @@
 //! | the same within microseconds, for control loops | [`realtime`] |
 //! | from mismatch to findings | [`discrepancy`] |
 //! | computed torque on true or identified models | [`control`] |
+//! | charts | [`charts`] |
 //! | pictures and words | [`report`] |
 //!
 //! The `lacuna` command is a thin layer on these; see its `--help`. A model that is no text but
 //! code, such as a closure, is built with [`plants::Model::builder`] and diagnosed with
 //! [`discrepancy::diagnose::diagnose`]: `examples/closure.rs` goes all the way.
 
+pub use lacuna_charts as charts;
 pub use lacuna_control as control;
 pub use lacuna_discrepancy as discrepancy;
 pub use lacuna_effects as effects;

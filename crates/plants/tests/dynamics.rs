@@ -1,8 +1,8 @@
 //! One machine given in every way in which dynamics can be given, and what is asked of each.
 
+use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::dynamics::{Dynamics, Exact, GenericSimulator, Mass, Point, Sizes};
 use lacuna_plants::model::{Augmentation, BuildError, Builder, NameError, NewEffect};
-use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::{Model, System};
 use std::sync::Arc;
 

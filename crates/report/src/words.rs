@@ -11,6 +11,8 @@ pub(crate) const LIKELY: f64 = 0.02;
 const MOVED: f64 = 2.0;
 /// Relative change of a parameter that rounds to 0.1 %.
 const VISIBLE: f64 = 5e-4;
+/// Share of the range seen below which an effect acts in a part of it.
+const LOCAL: f64 = 0.5;
 /// An error that falls by less than this share has not fallen.
 const FALLS: f64 = 0.05;
 
@@ -156,6 +158,18 @@ pub(crate) fn shift(c: &Calibration) -> String {
 pub fn name(finding: &Finding) -> String {
     let other = finding.other.as_ref().map_or_else(String::new, |o| format!(" and {o}"));
     format!("{} on {}{other}", class_words(&finding.class), finding.channel)
+}
+
+/// The part of the range in which an effect acts, where that is less than half of what the
+/// recordings show: `acts where q is between 0.12 and 0.55 rad`.
+#[must_use]
+pub fn part(f: &Finding) -> Option<String> {
+    let curve = f.curve.as_ref()?;
+    let [low, high] = *f.region.get(&curve.variable)?;
+    let all = curve.at.last()? - curve.at.first()?;
+    let (from, to) = (plain(low, ""), plain(high, &curve.variable_unit));
+    (high - low < LOCAL * all)
+        .then(|| format!("acts where {} is between {from} and {to}", curve.variable))
 }
 
 /// The experiment that would tell an effect from its first rival.

@@ -45,8 +45,7 @@ impl Ladder<'_> {
         mismatch.significance = missing.significance;
         mismatch.missing_force = missing.rms;
         let significant = missing.significance >= self.decision.prior_odds;
-        let Some(best) = missing.curves.first().filter(|_| significant)
-        else {
+        let Some(best) = missing.curves.first().filter(|_| significant) else {
             return mismatch;
         };
         mismatch.curves = missing.curves.iter().map(|l| self.bare(channel, l)).collect();

@@ -10,8 +10,8 @@ mod split;
 
 use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
-use crate::diagnosis::Diagnosis;
 use crate::decision::Decision;
+use crate::diagnosis::Diagnosis;
 use crate::likelihood::Problem;
 use crate::prediction::Prediction;
 use crate::search::Search;

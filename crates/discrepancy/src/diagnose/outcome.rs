@@ -87,12 +87,7 @@ impl<'a> Ladder<'a> {
 
     fn proving(&self) -> Proving<'_> {
         let Problem { model, dataset, .. } = self.problem;
-        Proving {
-            model,
-            training: dataset,
-            held_out: self.held_out,
-            decision: self.decision,
-        }
+        Proving { model, training: dataset, held_out: self.held_out, decision: self.decision }
     }
 
     /// What is to be handed back after this verdict, and what the held-out recordings say of it.

@@ -44,7 +44,9 @@ pub enum FitError {
     #[error("the normal equations are singular: a parameter changes nothing that is finite")]
     Singular,
     /// In windows that grow the misfit ran away: expected at most, found.
-    #[error("the misfit runs away in longer windows: {found:.3} times the noise, at most {most:.3}")]
+    #[error(
+        "the misfit runs away in longer windows: {found:.3} times the noise, at most {most:.3}"
+    )]
     RanAway {
         /// Largest mean square residual with which a fit goes on, in units of the noise.
         most: f64,

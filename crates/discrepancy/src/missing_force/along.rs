@@ -257,9 +257,8 @@ impl Slopes {
         if law.memory() > 0 || states.len() > LANES {
             return Self { states: vec![], values: vec![] };
         }
-        let constants = |values: &[f64]| -> Vec<Dual> {
-            values.iter().map(|&v| Dual::constant(v)).collect()
-        };
+        let constants =
+            |values: &[f64]| -> Vec<Dual> { values.iter().map(|&v| Dual::constant(v)).collect() };
         let (amplitudes, shape) = (constants(amplitudes), constants(shape));
         let mut values = Vec::with_capacity(motion.len() * states.len());
         for k in 0..motion.len() {

@@ -69,9 +69,8 @@ impl<'p> Search<'p> {
         }
         let rivals = self.lengthened(tried, gained);
         let temperature = rivals[0].fit.temperature();
-        let lead = |t: &Tried| {
-            rivals[0].fit.log_evidence(temperature) - t.fit.log_evidence(temperature)
-        };
+        let lead =
+            |t: &Tried| rivals[0].fit.log_evidence(temperature) - t.fit.log_evidence(temperature);
         let behind = |t: &Tried| Rival {
             candidate: t.candidate,
             behind: lead(t),

@@ -22,11 +22,11 @@ mod remainder;
 mod spell;
 mod variants;
 
-use crate::{DiagnoseError, Watch};
 use crate::candidates::{Candidate, candidates};
-use crate::likelihood::windows::first_level;
 use crate::decision::Decision;
+use crate::likelihood::windows::first_level;
 use crate::likelihood::{End, FULL, Fit, FitError, Hypothesis, Problem, STILL};
+use crate::{DiagnoseError, Watch};
 use forward::Look;
 use lacuna_effects::Law;
 use lacuna_plants::model::ModelEffect;
@@ -95,11 +95,7 @@ struct Path<'p> {
 impl<'p> Search<'p> {
     /// A search among all candidates.
     #[must_use]
-    pub fn new(
-        problem: &'p Problem<'p>,
-        decision: Decision,
-        watch: &'p Watch<'p>,
-    ) -> Self {
+    pub fn new(problem: &'p Problem<'p>, decision: Decision, watch: &'p Watch<'p>) -> Self {
         let model = problem.model;
         let measured = |state: &usize| problem.dataset.output_of_state(*state).is_some();
         let states = (0..model.channels()).map(|c| model.coordinate_index(c));

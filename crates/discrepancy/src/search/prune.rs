@@ -84,12 +84,7 @@ impl<'p> Search<'p> {
     }
 
     /// A free curve over one variable, where it beats the catalogue's best.
-    pub(super) fn unknown(
-        &self,
-        base: &Fit<'p>,
-        look: &Look,
-        parametric: Path<'p>,
-    ) -> Path<'p> {
+    pub(super) fn unknown(&self, base: &Fit<'p>, look: &Look, parametric: Path<'p>) -> Path<'p> {
         // Where a curve finds nothing beside the named effects, they say all that it could.
         let left = Screen::new(&parametric.fit).map_or(vec![], |s| s.curves());
         if left.first().is_none_or(|s| s.gain < self.decision.prior_odds) {

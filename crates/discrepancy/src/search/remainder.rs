@@ -18,7 +18,8 @@ impl<'p> Search<'p> {
                 all.any(|e| e.over().is_some() && e.channel == channel)
             };
             let mut curves = screen.curves().into_iter();
-            let next = curves.find(|s| !taken(s.term.candidate.channel) && s.gain > self.decision.prior_odds);
+            let next = curves
+                .find(|s| !taken(s.term.candidate.channel) && s.gain > self.decision.prior_odds);
             let Some(next) = next else { break };
             let effect = effect_of(&next.term.candidate, &next.amplitudes, &next.term.shape);
             let h = self.with(&fit.hypothesis, effect);

@@ -2,9 +2,9 @@
 //! speak against an effect, experiments that tell rivals apart.
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, diagnosed};
-use lacuna_discrepancy::{Dataset, DiagnoseError, Watch};
 use lacuna_discrepancy::diagnose::{Options, diagnose, split};
 use lacuna_discrepancy::diagnosis::{ProofOutcome, Verdict};
+use lacuna_discrepancy::{Dataset, DiagnoseError, Watch};
 use lacuna_recordings::Recording;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -96,9 +96,8 @@ fn recordings_that_alone_show_a_range_are_not_kept_for_proof() {
 fn nothing_that_is_chosen_depends_on_held_out_recordings() {
     let bench = ON_PENDULUM;
     let model = bench.model();
-    let recordings = |truth, seed| {
-        Dataset::new(&model, &bench.record(truth, seed, 3)).expect("a dataset")
-    };
+    let recordings =
+        |truth, seed| Dataset::new(&model, &bench.record(truth, seed, 3)).expect("a dataset");
     let truth = bench.truth(CUBIC);
     let training = recordings(&truth, 96);
     let told = |held_out: Dataset| {

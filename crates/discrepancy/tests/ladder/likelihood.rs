@@ -1,9 +1,9 @@
 //! Multiple shooting: parameters come back, and their standard deviations are honest.
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS};
-use lacuna_discrepancy::{Dataset, Decision};
 use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, Hypothesis, Problem};
 use lacuna_discrepancy::search::chain::lengthen;
+use lacuna_discrepancy::{Dataset, Decision};
 use lacuna_plants::model::ModelEffect;
 
 /// Errors of all parameters in units of their standard deviations, over several seeds.

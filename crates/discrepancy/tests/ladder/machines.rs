@@ -1,7 +1,7 @@
 //! Three machines and what their sensors would record of them.
 
-use lacuna_discrepancy::{Dataset, Watch};
 use lacuna_discrepancy::diagnose::{Options, Outcome, diagnose, split};
+use lacuna_discrepancy::{Dataset, Watch};
 use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna_plants::{Model, SampledInput, System, rk4};
 use lacuna_recordings::{Column, Recording};

@@ -98,6 +98,7 @@ pub fn missing() -> Diagnosis {
             ("viscous", calibration(203.5, 214.2, 1.9, "N s/m")),
         ]),
         location: Location { channels: map([("q", channel)]) },
+        proof: ProofOutcome::Better,
         fit: Fit {
             held_out: map([("q", errors("m", 2.1e-5, [0.004_31, 2.34e-5], [0.0873, 0.000_412]))]),
             training: map([("q", errors("m", 2.1e-5, [0.004_4, 2.3e-5], [0.09, 0.000_4]))]),

@@ -4,13 +4,33 @@ use super::{Line, Style};
 use maud::{PreEscaped, html};
 use plotters::prelude::*;
 
-/// Units of a drawing: twice those of a phone's width, since coordinates are whole numbers.
-pub(super) const SIZE: (u32, u32) = (920, 600);
+/// Size of a figure: how much room its texts, which have one size, leave to the rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Size {
+    /// Beside others, or as wide as a phone.
+    #[default]
+    Small,
+    /// As wide as a page: room for a legend with numbers.
+    Wide,
+}
+
+impl Size {
+    /// Units of a drawing: about twice those of a screen, since coordinates are whole numbers.
+    pub(super) fn units(self) -> (u32, u32) {
+        match self {
+            Self::Small => (920, 600),
+            Self::Wide => (1640, 940),
+        }
+    }
+}
+
 pub(super) const TEXT: i32 = 40;
 pub(super) const ROW: i32 = 48;
 const FONT: &str = "sans-serif";
 pub(super) const LINE: u32 = 4;
 const BROAD: u32 = 12;
+/// Radius of marks.
+pub(super) const MARK: i32 = 7;
 const THIN: u32 = 3;
 /// The width that stands for a dashed line while drawing: plotters would draw each dash as
 /// an element of its own.
@@ -58,11 +78,15 @@ pub(super) fn font(size: i32) -> TextStyle<'static> {
     (FONT, size).into_font().color(&INK)
 }
 
+pub(super) fn bold(size: i32) -> TextStyle<'static> {
+    (FONT, size, FontStyle::Bold).into_font().color(&INK)
+}
+
 /// Width of a line.
 pub(super) fn width(style: Style) -> u32 {
     match style {
-        Style::Thin => THIN,
-        Style::Solid | Style::Dashed => LINE,
+        Style::Thin | Style::Joined => THIN,
+        Style::Solid | Style::Dashed | Style::Dots | Style::Rings => LINE,
         Style::Broad => BROAD,
     }
 }
@@ -76,8 +100,8 @@ pub(super) fn hex(RGBColor(r, g, b): RGBColor) -> String {
 pub(super) fn stroke(line: &Line) -> ShapeStyle {
     let colour = line.colour.rgb();
     match line.style {
-        Style::Thin => colour.stroke_width(THIN),
-        Style::Solid => colour.stroke_width(LINE),
+        Style::Thin | Style::Joined => colour.stroke_width(THIN),
+        Style::Solid | Style::Dots | Style::Rings => colour.stroke_width(LINE),
         Style::Dashed => colour.stroke_width(DASHED),
         Style::Broad => colour.mix(0.4).stroke_width(BROAD),
     }

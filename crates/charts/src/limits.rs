@@ -1,24 +1,28 @@
 //! The ranges that a diagram shows.
 
-use super::{Figure, FigureError};
+use super::axis::Scale;
+use super::{ChartError, Figure};
 use std::ops::Range;
 
 /// Horizontal and vertical range.
 pub(super) type Limits = (Range<f64>, Range<f64>);
 
-/// The ranges of what a figure shows.
+/// The ranges of what a figure shows, of places along its axes.
 ///
 /// # Errors
-/// [`FigureError::Empty`] when nothing finite is in view.
-pub(super) fn limits(figure: &Figure) -> Result<Limits, FigureError> {
+/// [`ChartError::Empty`] when nothing finite is in view.
+pub(super) fn limits(figure: &Figure) -> Result<Limits, ChartError> {
     let lines = || figure.lines.iter().flat_map(|l| l.points.iter().copied());
     let edges = figure.bands.iter().flat_map(|b| &b.edges);
     let points = lines().chain(edges.flat_map(|e| [(e.0, e.1), (e.0, e.2)]));
-    let empty = || FigureError::Empty { lines: figure.lines.len() };
+    let empty = || ChartError::Empty { lines: figure.lines.len() };
     let finite: Vec<_> = points.filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
     let (low, high) = figure.within.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     let seen = finite.iter().map(|p| p.1).filter(|y| (low..=high).contains(y));
-    let xs = extent(finite.iter().map(|p| p.0), 0.0).ok_or_else(empty)?;
+    let xs = match &figure.x.scale {
+        Scale::Names(names) => -0.5..names.len() as f64 - 0.5,
+        _ => extent(finite.iter().map(|p| p.0), 0.0).ok_or_else(empty)?,
+    };
     Ok((xs, extent(seen, 0.05).ok_or_else(empty)?))
 }
 

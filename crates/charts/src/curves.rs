@@ -2,7 +2,7 @@
 //! the ranges of the axes, from which a script reads values back.
 
 use super::frame::{FINE, Frame};
-use super::look::{INK, LINE, hex, width};
+use super::look::{INK, LINE, MARK, hex, width};
 use super::pieces::pieces;
 use super::{Band, Figure, Line, Rug, Style};
 use maud::{Markup, html};
@@ -20,12 +20,15 @@ pub(super) fn curves(figure: &Figure, frame: &Frame) -> Markup {
         g class="curves" transform={ "translate(" (left) " " (top) ") scale(" (scale) ")" }
             data-frame={ (left) " " (top) " " (right) " " (bottom) " "
                 (number(xs.start)) " " (number(xs.end)) " " (number(ys.start)) " " (number(ys.end)) }
-            data-x=(figure.x) data-y=(figure.y) {
+            data-x=(figure.x.label()) data-y=(figure.y.label()) {
             @for b in &figure.bands {
                 path class="band" data-label=(b.label) fill=(hex(b.colour.rgb())) fill-opacity=(PALE)
                     d=(outline(b, frame)) {}
             }
-            @for l in &figure.lines { (line(l, frame)) }
+            @for l in &figure.lines {
+                @if l.style.joins() { (line(l, frame)) }
+                @if l.style.marks() { (dots(l, frame)) }
+            }
             @if let Some(r) = &figure.rug {
                 path fill="none" stroke=(hex(INK)) stroke-width=(2.0 * FINE) d=(marks(r, frame)) {}
             }
@@ -45,6 +48,30 @@ fn line(l: &Line, frame: &Frame) -> Markup {
         path class="line" data-label=(l.label) fill="none" stroke=(hex(l.colour.rgb()))
             stroke-width=(FINE * f64::from(width(l.style))) stroke-linejoin="round"
             stroke-dasharray=[dashes] stroke-opacity=[opacity] d=(d) {}
+    }
+}
+
+/// A mark at each point, all in one path: points of no length with round ends, or rings.
+fn dots(l: &Line, frame: &Frame) -> Markup {
+    let radius = (FINE * f64::from(MARK)) as i64;
+    let rings = l.style == Style::Rings;
+    let mut d = String::new();
+    for &(x, y) in l.points.iter().filter(|p| p.0.is_finite() && frame.ys.contains(&p.1)) {
+        let (x, y) = frame.place((x, y));
+        let _ = match rings {
+            true => write!(
+                d,
+                "M{} {y}a{radius} {radius} 0 1 0 {w} 0a{radius} {radius} 0 1 0-{w} 0",
+                x - radius,
+                w = 2 * radius
+            ),
+            false => write!(d, "M{x} {y}h0"),
+        };
+    }
+    let stroke = if rings { FINE * f64::from(LINE) } else { 2.0 * FINE * f64::from(MARK) };
+    html! {
+        path class="marks" fill="none" stroke=(hex(l.colour.rgb())) stroke-width=(stroke)
+            stroke-linecap="round" d=(d) {}
     }
 }
 

@@ -1,8 +1,7 @@
 //! Errors before and after in units of the noise, a row each on one logarithmic axis.
 
 use super::look::{GRID, INK, LINE, Surface, TEXT, dress, hex};
-use super::{Colour, FigureError};
-use crate::number::ratio;
+use super::{ChartError, Colour};
 use maud::{Markup, html};
 use plotters::prelude::RGBColor;
 
@@ -15,6 +14,8 @@ pub struct Ratio {
     pub before: f64,
     /// The augmented model.
     pub after: f64,
+    /// Both, in words.
+    pub says: String,
 }
 
 /// Rows of errors over the noise.
@@ -43,9 +44,9 @@ const MOST: f64 = 8.0;
 /// The rows as one SVG text, as wide as its container.
 ///
 /// # Errors
-/// [`FigureError::Empty`] when no row has a finite positive ratio.
-pub fn ratios_svg(ratios: &Ratios, surface: Surface) -> Result<String, FigureError> {
-    let axis = Axis::of(&ratios.rows).ok_or(FigureError::Empty { lines: ratios.rows.len() })?;
+/// [`ChartError::Empty`] when no row has a finite positive ratio.
+pub fn ratios_svg(ratios: &Ratios, surface: Surface) -> Result<String, ChartError> {
+    let axis = Axis::of(&ratios.rows).ok_or(ChartError::Empty { lines: ratios.rows.len() })?;
     let bottom = HEAD + ROW * ratios.rows.len() as i32;
     let drawn = html! {
         (legend())
@@ -103,10 +104,9 @@ impl Axis {
 
     fn row(&self, row: &Ratio, top: i32) -> Markup {
         let (from, to, y) = (self.place(row.before), self.place(row.after), top + 78);
-        let numbers = format!("{} → {}", times(row.before), times(row.after));
         html! {
             (text(ENDS.0, top + TEXT, "start", INK, &short(&row.label)))
-            (text(ENDS.1, top + TEXT, "end", INK, &numbers))
+            (text(ENDS.1, top + TEXT, "end", INK, &row.says))
             line x1=(from) x2=(to) y1=(y) y2=(y) stroke=(hex(INK)) stroke-width="3" {}
             (hollow(from, y))
             (full(to, y))
@@ -148,10 +148,6 @@ fn short(label: &str) -> String {
     format!("{start}…")
 }
 
-fn times(v: f64) -> String {
-    if v.is_finite() { format!("{}×", ratio(v)) } else { "diverges".to_owned() }
-}
-
 fn power_of_ten(power: i32) -> String {
     match power {
         0..=3 => 10_i32.pow(power.unsigned_abs()).to_string(),
@@ -164,23 +160,23 @@ fn power_of_ten(power: i32) -> String {
 mod tests {
     use super::*;
 
-    fn svg(rows: Vec<Ratio>) -> Result<String, FigureError> {
+    fn svg(rows: Vec<Ratio>) -> Result<String, ChartError> {
         ratios_svg(&Ratios { description: "errors".into(), rows }, Surface::Own)
     }
 
     fn row(label: &str, before: f64, after: f64) -> Ratio {
-        Ratio { label: label.into(), before, after }
+        Ratio { label: label.into(), before, after, says: format!("{before} → {after}") }
     }
 
     #[test]
     fn rows_have_their_numbers_and_the_axis_its_powers() {
         let text = svg(vec![row("q<1>", 205.2, 1.11), row("b", f64::INFINITY, 3.0)]).unwrap();
-        for words in ["q&lt;1&gt;", "210× → 1.1×", "diverges → 3.0×", ">100<", ">1<"] {
+        for words in ["q&lt;1&gt;", "205.2 → 1.11", "inf → 3", ">100<", ">1<"] {
             assert!(text.contains(words), "{words}");
         }
         let long = svg(vec![row(&"x".repeat(40), 2.0, 1.0)]).unwrap();
         assert!(long.contains(&format!(">{}…<", "x".repeat(23))));
-        assert_eq!(svg(vec![row("a", f64::NAN, 0.0)]), Err(FigureError::Empty { lines: 1 }));
+        assert_eq!(svg(vec![row("a", f64::NAN, 0.0)]), Err(ChartError::Empty { lines: 1 }));
     }
 
     #[test]
