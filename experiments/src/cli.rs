@@ -107,6 +107,10 @@ enum Study {
         /// Keep the files of all cases, those under seal too, in this directory.
         #[arg(long, value_name = "DIR")]
         keep: Option<PathBuf>,
+        /// Make DIR/concealed-physics/regression.json again, which tests hold each change against: 24 cases from a
+        /// seed of their own.
+        #[arg(long, conflicts_with_all = ["cases", "group", "seed", "timeout", "keep"])]
+        regression: bool,
         #[command(flatten)]
         common: Common,
     },
@@ -185,7 +189,10 @@ pub fn run() -> ExitCode {
         Study::ManipulatorCtc { evaluator: Some(evaluator), common } => {
             manipulator_realtime::run(evaluator, &common)
         }
-        Study::ConcealedPhysics { cases, group, jobs, lacuna, timeout, keep, common } => {
+        Study::ConcealedPhysics { regression: true, jobs, lacuna, common, .. } => {
+            concealed::regression::run(lacuna, jobs as usize, &common)
+        }
+        Study::ConcealedPhysics { cases, group, jobs, lacuna, timeout, keep, common, .. } => {
             let (cases, jobs) = (cases as usize, jobs as usize);
             let group = group.group();
             concealed::run(

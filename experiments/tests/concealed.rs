@@ -1,16 +1,14 @@
-//! The proof on concealed physics: fair cases from a seed, and the study from end to end.
+//! The cases of the proof on concealed physics: fair, and from a seed. The study from end to end, with
+//! the command, is in `tests/concealed_physics.rs` beside the command's other tests.
 
-use experiments::cli::Common;
 use experiments::concealed::case::{Case, Plan, plans};
 use experiments::concealed::fair::LEAST_GAP;
 use experiments::concealed::files::Folders;
 use experiments::concealed::sealed::{Group, Matter};
 use experiments::concealed::tool::Tool;
-use experiments::concealed::{NAME, Results, Settings, run};
 use lacuna_plants::Model;
 use lacuna_recordings::RecordingSource;
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 const SEED: u64 = 5;
@@ -20,17 +18,6 @@ fn some_plans() -> Vec<Plan> {
     let of = |(group, count)| plans(SEED, count, Some(group));
     let counts = [(Group::Catalogue, 6), (Group::OffFormula, 5), (Group::Local, 4)];
     counts.into_iter().chain([(Group::Null, 6)]).flat_map(of).collect()
-}
-
-/// The command under test where a build has put it.
-fn lacuna() -> Option<PathBuf> {
-    let test = std::env::current_exe().ok()?;
-    let path = test.parent()?.parent()?.join(format!("lacuna{}", std::env::consts::EXE_SUFFIX));
-    if !path.is_file() {
-        println!("skipped: {} is not built", path.display());
-        return None;
-    }
-    Some(path)
 }
 
 #[test]
@@ -83,53 +70,6 @@ fn check_open_files(folders: &Folders, case: &Case) {
     let files = |folder: &Path| std::fs::read_dir(folder).unwrap().count();
     assert_eq!(files(&folders.open), 2);
     assert_eq!(files(&folders.open.join("recordings")), names.len());
-}
-
-#[test]
-fn the_command_can_read_the_cases() {
-    let Some(program) = lacuna() else { return };
-    let tool = Tool::find(Some(&program), Duration::from_secs(60), 1).unwrap();
-    let (open, sealed) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    for plan in plans(SEED, 3, None) {
-        let case = Case::draw(SEED, &plan).unwrap();
-        let folders = Folders::of(open.path(), sealed.path(), &plan.id);
-        folders.write(&case).unwrap();
-        let mut arguments: Vec<OsString> = vec!["check".into(), "model.toml".into()];
-        let names = Folders::recordings(case.recordings.len());
-        arguments.extend(names.into_iter().map(OsString::from));
-        let answer = tool.run(&folders.open, &arguments).unwrap();
-        assert_eq!(answer.code, Some(0), "{}", answer.complaint);
-    }
-}
-
-#[test]
-fn two_cases_from_end_to_end() {
-    let Some(program) = lacuna() else { return };
-    let directory = tempfile::tempdir().unwrap();
-    let settings = Settings {
-        cases: 2,
-        group: Some(Group::Null),
-        jobs: 1,
-        lacuna: Some(program),
-        timeout: 300,
-        keep: None,
-    };
-    let common = Common { seed: SEED, out: directory.path().to_path_buf(), quiet: true };
-    run(&settings, &common).unwrap();
-    let results = directory.path().join(NAME);
-    let text = std::fs::read_to_string(results.join("statistics.json")).unwrap();
-    let read: Results = serde_json::from_str(&text).unwrap();
-    assert_eq!((read.cases, read.rows.len(), read.seed), (2, 2, SEED));
-    assert!(read.command.contains("--group null"));
-    for row in &read.rows {
-        assert_eq!(row.crash, None);
-        // The model of a null case is right but for its parameters, and so is the augmented one.
-        assert!(row.before_over_noise.unwrap() > 0.8, "{row:?}");
-        assert!(row.after_over_noise.unwrap() > 0.8, "{row:?}");
-    }
-    for figure in ["confusion", "reliability"] {
-        assert!(results.join(format!("figures/{figure}.svg")).is_file());
-    }
 }
 
 #[test]

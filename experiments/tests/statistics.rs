@@ -130,6 +130,53 @@ fn figure(name: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
+/// The paper's figures are there under its numbers, each with what the paper shows in it, against
+/// what, and no other figure has a number.
+#[test]
+fn the_papers_eleven_figures_are_committed_under_its_numbers() {
+    let expected = [
+        ("figure_01_duffing_f", "f(x) (1/s\u{b2})", "position x"),
+        ("figure_02_duffing_g", "g(x) (1/s\u{b2})", "position x"),
+        ("figure_03_duffing_f_error", "|error of f| (1/s\u{b2})", "position x"),
+        ("figure_04_duffing_g_error", "|error of g| (1/s\u{b2})", "position x"),
+        ("figure_05_duffing_f_mean_error", "mean |error of f| over [-3, 3] (1/s\u{b2})", "trial"),
+        ("figure_06_duffing_g_mean_error", "mean |error of g| over [-3, 3] (1/s\u{b2})", "trial"),
+        ("figure_07_manipulator_f_error", "relative error", FARTHEST),
+        ("figure_08_manipulator_g1_error", "relative error", FARTHEST),
+        ("figure_09_manipulator_g2_error", "relative error", FARTHEST),
+        ("figure_10_regulator_true_model", "joint angle (rad)", "time (s)"),
+        ("figure_11_regulator_identified_model", "joint angle (rad)", "time (s)"),
+    ];
+    for (name, y, x) in expected {
+        let axes = format!("data-x=\"{x}\" data-y=\"{y}\"");
+        assert!(figure(name).contains(&axes), "{name}: {axes}");
+    }
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results/figures");
+    let names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut numbered: Vec<String> =
+        names.map(|n| n.into_string().unwrap()).filter(|n| n.starts_with("figure_")).collect();
+    numbered.sort();
+    assert_eq!(numbered, expected.map(|(name, ..)| format!("{name}.svg")));
+}
+
+/// What the errors of the manipulator are drawn against.
+const FARTHEST: &str = "evaluation point, farthest from the origin first";
+
+/// The trial by trial figures show every trial of the committed statistics.
+#[test]
+fn the_montecarlo_figures_show_every_trial() {
+    let results: duffing_montecarlo::Results = committed(duffing_montecarlo::NAME);
+    for name in ["figure_05_duffing_f_mean_error", "figure_06_duffing_g_mean_error"] {
+        let svg = figure(name);
+        let marks: Vec<usize> = svg
+            .split("class=\"marks\"")
+            .skip(1)
+            .map(|path| path.split("</path>").next().unwrap().matches("h0").count())
+            .collect();
+        assert_eq!(marks, vec![results.trials as usize; results.recipes.len()], "{name}");
+    }
+}
+
 /// Means over the committed trials against the targets set from an independent NumPy run.
 #[test]
 fn committed_duffing_results_meet_their_targets() {

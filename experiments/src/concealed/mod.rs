@@ -45,6 +45,7 @@ pub mod places;
 pub mod plants;
 pub mod print;
 pub mod proportion;
+pub mod regression;
 pub mod rivals;
 pub mod row;
 pub mod scales;

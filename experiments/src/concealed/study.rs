@@ -66,23 +66,7 @@ pub struct Results {
 /// # Errors
 /// [`StudyError`] when the tool is not there, a case cannot be drawn, or files cannot be written.
 pub fn run(settings: &Settings, common: &Common) -> Result<(), StudyError> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let timeout = Duration::from_secs(settings.timeout);
-    let threads = (cores / settings.jobs).max(1);
-    let tool = Tool::find(settings.lacuna.as_deref(), timeout, threads)?;
-    let work = Work::new(settings.keep.as_deref())?;
-    let rows = rows(settings, common, &tool, &work)?;
-    let results = Results {
-        experiment: NAME.to_owned(),
-        command: command(settings, common),
-        tool: tool.version()?,
-        seed: common.seed,
-        cases: rows.len(),
-        groups: groups(&rows),
-        reliability: reliability(&rows),
-        confusion: confusion(&rows),
-        rows,
-    };
+    let results = diagnosed(settings, common)?;
     let directory = common.out.join(NAME);
     let file = output::write_json(&directory, "statistics", &results)?;
     let svg = figures::concealed::confusion(&results.confusion);
@@ -94,6 +78,30 @@ pub fn run(settings: &Settings, common: &Common) -> Result<(), StudyError> {
         println!("wrote {}", file.display());
     }
     Ok(())
+}
+
+/// Draw the cases, diagnose and score them.
+///
+/// # Errors
+/// As [`run`].
+pub fn diagnosed(settings: &Settings, common: &Common) -> Result<Results, StudyError> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let timeout = Duration::from_secs(settings.timeout);
+    let threads = (cores / settings.jobs).max(1);
+    let tool = Tool::find(settings.lacuna.as_deref(), timeout, threads)?;
+    let work = Work::new(settings.keep.as_deref())?;
+    let rows = rows(settings, common, &tool, &work)?;
+    Ok(Results {
+        experiment: NAME.to_owned(),
+        command: command(settings, common),
+        tool: tool.version()?,
+        seed: common.seed,
+        cases: rows.len(),
+        groups: groups(&rows),
+        reliability: reliability(&rows),
+        confusion: confusion(&rows),
+        rows,
+    })
 }
 
 /// Where the cases' files are: two directories that know nothing of each other, unless they are kept.

@@ -7,6 +7,7 @@ mod proof;
 mod rungs;
 mod separate;
 mod split;
+mod stretches;
 
 use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
@@ -76,7 +77,14 @@ pub fn diagnose(
     watch.tell("smoothing the recordings");
     let problem = Problem::new(model, training)?.cancelled_by(watch.cancelled());
     let decision = options.decision;
-    let found = Search::new(&problem, decision, watch).run(options.learn_remainder)?;
+    let search = Search::new(&problem, decision, watch);
+    let found = match stretches::stretches(training) {
+        None => search.run(options.learn_remainder)?,
+        Some(part) => {
+            let part = Problem::new(model, &part)?.cancelled_by(watch.cancelled());
+            search.run_in(&Search::new(&part, decision, watch), options.learn_remainder)?
+        }
+    };
     watch.tell("proving on held-out recordings");
     let outcome = Ladder::new(&problem, held_out, decision, found).outcome();
     if watch.is_cancelled() {

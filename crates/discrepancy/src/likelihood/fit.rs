@@ -90,7 +90,9 @@ impl Windowed {
                 let same = self.windows[r].iter().position(|o| o.range.start == w.range.start);
                 if let Some(k) = same {
                     x.clone_from(&self.starts[r].machine[k]);
-                } else if let Some(state) = path[r].get(w.range.start * stride..) {
+                } else if let Some(state) =
+                    path.get(r).and_then(|p| p.get(w.range.start * stride..))
+                {
                     for &i in hidden {
                         x[i] = state.get(i).copied().unwrap_or(x[i]);
                     }
@@ -149,8 +151,14 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn at_level(&self, level: u32, effort: Effort) -> Result<Self, FitError> {
-        let windowed = self.windowed.at(self.problem, level, &self.paths()?);
+        let windowed = self.windows_at(level)?;
         minimise(self.problem, self.hypothesis.clone(), windowed, effort)
+    }
+
+    /// Windows of another level; what nothing measures begins on this fit's path.
+    fn windows_at(&self, level: u32) -> Result<Windowed, FitError> {
+        let path = if self.problem.hidden().is_empty() { vec![] } else { self.paths()? };
+        Ok(self.windowed.at(self.problem, level, &path))
     }
 
     /// States alone, fitted in windows of another level.
@@ -158,7 +166,7 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn states_at(&self, level: u32) -> Result<Self, FitError> {
-        let windowed = self.windowed.at(self.problem, level, &self.paths()?);
+        let windowed = self.windows_at(level)?;
         let effort = Effort { steps: 3, least: 1.0 };
         let held = self.hypothesis.clone().held();
         let fit = minimise(self.problem, held, windowed, effort)?;

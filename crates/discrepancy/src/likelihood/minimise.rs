@@ -13,7 +13,8 @@ use rayon::prelude::*;
 pub struct Effort {
     /// Most steps.
     pub steps: usize,
-    /// A step that gains less than this (of chi^2) is the last.
+    /// A step that gains less than this is the last: of chi^2, or of as much more as the mean square
+    /// of the residual is above the noise.
     pub least: f64,
 }
 
@@ -47,12 +48,14 @@ impl<'p> Minimisation<'p> {
                 return Err(FitError::Cancelled);
             }
             let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
-            let Some(gained) = self.descend(&here.blocks, before, &mut theta, &mut damping) else {
+            let found = self.descend(&here.blocks, before, &mut theta, &mut damping)?;
+            let Some((gained, there)) = found else {
                 end = End::Stalled;
                 break;
             };
-            here = self.linearise()?;
-            if gained < effort.least {
+            here = there;
+            let count: usize = here.blocks.iter().map(|b| b.count).sum();
+            if gained < effort.least * (before / count.max(1) as f64).max(1.0) {
                 end = End::Converged;
                 break;
             }
@@ -60,32 +63,64 @@ impl<'p> Minimisation<'p> {
         self.result(&theta, here, end)
     }
 
-    /// Take one step that lowers the objective, shorter and shorter ones being tried; what it
-    /// gains. None where no step does.
+    /// Take one step that lowers the objective, shorter and shorter ones being tried: what it
+    /// gains, and the windows there. None where no step does.
     fn descend(
         &mut self,
         blocks: &[Block],
         before: f64,
         theta: &mut Vec<f64>,
         damping: &mut f64,
-    ) -> Option<f64> {
+    ) -> Result<Option<(f64, Linearised)>, FitError> {
         const TRIES: usize = 6;
-        for _ in 0..TRIES {
+        for attempt in 0..TRIES {
             let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, *damping);
-            // A singular step is damped more, as one that does not descend is.
-            if let Some(after) = step.ok().and_then(|s| self.try_step(s, before, theta)) {
+            // A singular step is damped more, as one that does not descend is. The first step is
+            // nearly always taken, so that its derivatives are computed at once; after a failure
+            // the sum of squares alone is tried first.
+            let taken = step.ok().and_then(|s| self.try_step(s, before, theta, attempt == 0));
+            if let Some((after, there)) = taken {
                 *damping = f64::max(0.125 * *damping, 1e-7);
-                return Some(before - after);
+                let there = there.map_or_else(|| self.linearise(), Ok)?;
+                return Ok(Some((before - after, there)));
             }
             *damping *= if *damping > 1e-4 { 8.0 } else { 50.0 };
         }
+        Ok(None)
+    }
+
+    /// Take a step if it lowers the objective: the objective after it, and the windows there if
+    /// they were `linearised`.
+    fn try_step(
+        &mut self,
+        step: Step,
+        before: f64,
+        theta: &mut Vec<f64>,
+        linearised: bool,
+    ) -> Option<(f64, Option<Linearised>)> {
+        let old = (self.hypothesis.clone(), self.windowed.starts.clone());
+        self.hypothesis.set(&step.theta);
+        self.move_states(&step);
+        // Where the model diverges the step was too long.
+        let there = if linearised { self.linearise().map(Some) } else { Ok(None) };
+        let after = there.and_then(|there| {
+            let chi2 = match &there {
+                Some(l) => self.counted(l.blocks.iter().map(|b| b.chi2)),
+                None => self.squares()?,
+            };
+            Ok((self.objective(&step.theta, chi2), there))
+        });
+        if let Ok((after, there)) = after
+            && after < before
+        {
+            *theta = step.theta;
+            return Some((after, there));
+        }
+        (self.hypothesis, self.windowed.starts) = old;
         None
     }
 
-    /// Take a step if it lowers the objective; the objective after it.
-    fn try_step(&mut self, step: Step, before: f64, theta: &mut Vec<f64>) -> Option<f64> {
-        let old = (self.hypothesis.clone(), self.windowed.starts.clone());
-        self.hypothesis.set(&step.theta);
+    fn move_states(&mut self, step: &Step) {
         let mut states = step.states.iter();
         let machine = self.problem.model.machine_states();
         for starts in &mut self.windowed.starts {
@@ -98,16 +133,6 @@ impl<'p> Minimisation<'p> {
                 }
             }
         }
-        // Where the model diverges the step was too long.
-        let after = self.squares().map(|chi2| self.objective(&step.theta, chi2));
-        if let Ok(after) = after
-            && after < before
-        {
-            *theta = step.theta;
-            return Some(after);
-        }
-        (self.hypothesis, self.windowed.starts) = old;
-        None
     }
 
     /// Sum over the windows that count.
@@ -116,12 +141,28 @@ impl<'p> Minimisation<'p> {
         chi2.enumerate().filter(|(k, _)| counts(*k)).map(|(_, c)| c).sum()
     }
 
-    fn squares(&self) -> Result<f64, FitError> {
+    /// The windows in pieces that can be run through side by side, each with its states: memory
+    /// runs on from window to window, and without any a recording falls apart.
+    fn pieces(&self) -> Vec<(&[Window], Starts)> {
+        const PIECES: usize = 4;
         let Windowed { windows, starts, .. } = &self.windowed;
-        let one = |(w, s): (&Vec<Window>, &Starts)| {
+        let mut pieces = vec![];
+        for (windows, starts) in windows.iter().zip(starts) {
+            let length = windows.len().div_ceil(PIECES);
+            let length = if starts.memory.is_empty() { length } else { windows.len() };
+            for (w, x) in windows.chunks(length).zip(starts.machine.chunks(length)) {
+                let memory = starts.memory.clone();
+                pieces.push((w, Starts { machine: x.to_vec(), memory }));
+            }
+        }
+        pieces
+    }
+
+    fn squares(&self) -> Result<f64, FitError> {
+        let one = |(w, s): &(&[Window], Starts)| {
             sweep::squares(self.problem, &self.hypothesis, w, s, self.substeps)
         };
-        let sums: Result<Vec<_>, _> = windows.par_iter().zip(starts).map(one).collect();
+        let sums: Result<Vec<_>, _> = self.pieces().par_iter().map(one).collect();
         Ok(self.counted(sums?.into_iter().flatten()))
     }
 
@@ -158,14 +199,13 @@ impl<'p> Minimisation<'p> {
     }
 
     fn linearise(&self) -> Result<Linearised, FitError> {
-        let Windowed { windows, starts, .. } = &self.windowed;
-        let one = |(w, s): (&Vec<Window>, &Starts)| self.linearise_recording(w, s);
-        let parts: Result<Vec<_>, FitError> = windows.par_iter().zip(starts).map(one).collect();
+        let one = |(w, s): &(&[Window], Starts)| self.linearise_piece(w, s);
+        let parts: Result<Vec<_>, FitError> = self.pieces().par_iter().map(one).collect();
         let (blocks, residuals) = parts?.into_iter().flatten().unzip();
         Ok(Linearised { blocks, residuals })
     }
 
-    fn linearise_recording(
+    fn linearise_piece(
         &self,
         windows: &[Window],
         starts: &Starts,

@@ -92,6 +92,14 @@ struct Path<'p> {
     named: Vec<Named>,
 }
 
+/// What a search ends with.
+struct Searched<'p> {
+    calibrated: Fit<'p>,
+    path: Path<'p>,
+    floor: f64,
+    promise: f64,
+}
+
 impl<'p> Search<'p> {
     /// A search among all candidates.
     #[must_use]
@@ -103,12 +111,35 @@ impl<'p> Search<'p> {
         Self { problem, decision, candidates, level: first_level(problem.dataset), watch }
     }
 
-    /// Search.
+    /// Search, and fit what is found.
     ///
     /// # Errors
     /// A model that diverges on the recordings whatever its parameters, and a search that is
     /// cancelled.
     pub fn run(&self, learn_remainder: bool) -> Result<Found<'p>, DiagnoseError> {
+        self.conclude(self.search()?, learn_remainder)
+    }
+
+    /// Search in a part of the recordings, and fit what is found there to all of them.
+    ///
+    /// # Errors
+    /// As [`Search::run`].
+    pub fn run_in(&self, part: &Search, learn_remainder: bool) -> Result<Found<'p>, DiagnoseError> {
+        let Searched { path, promise, .. } = part.search()?;
+        self.watch.tell("fitting all recordings");
+        let (calibrated, floor) = self.calibrated()?;
+        let fit = if path.named.is_empty() {
+            calibrated.clone()
+        } else {
+            let begun = Fit::begin(self.problem, path.fit.hypothesis, self.level);
+            self.lengthen(begun.map_err(|e| self.failed(e))?)
+        };
+        let path = Path { fit, named: path.named };
+        self.conclude(Searched { calibrated, path, floor, promise }, learn_remainder)
+    }
+
+    /// The effects that folds do not speak against.
+    fn search(&self) -> Result<Searched<'p>, DiagnoseError> {
         self.watch.tell("fitting the model's own parameters");
         let (calibrated, floor) = self.calibrated()?;
         let look = self.look(&calibrated);
@@ -122,11 +153,20 @@ impl<'p> Search<'p> {
         }
         self.watch.tell("leaving recordings out");
         let path = self.select(&calibrated, self.prune(path));
+        Ok(Searched { calibrated, path, floor, promise })
+    }
+
+    /// The fits that a diagnosis compares, each at its best.
+    fn conclude(
+        &self,
+        searched: Searched<'p>,
+        learn_remainder: bool,
+    ) -> Result<Found<'p>, DiagnoseError> {
+        let Searched { calibrated, path, floor, promise } = searched;
         let chosen = self.best_length(chain::polish(path.fit));
-        let failed = |e| self.failed(e);
         let again = self.like(&chosen, &calibrated).ok_or_else(|| self.diverges())?;
         let held = Hypothesis::of(self.problem.model).held();
-        let nominal = again.refit(held, FULL).map_err(failed)?;
+        let nominal = again.refit(held, FULL).map_err(|e| self.failed(e))?;
         let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
         let calibration_refuted = self.refuted(&nominal, &calibrated);
         let chosen = if learn_remainder { self.with_remainder(&chosen) } else { chosen };
