@@ -200,7 +200,7 @@ pub struct ChannelMismatch {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
     /// Root mean square, along the measured motion, of the force that is missing before anything
-    /// is added.
+    /// is added; 0 where the evidence supports none.
     pub missing_force: f64,
     /// Its unit.
     pub unit: String,

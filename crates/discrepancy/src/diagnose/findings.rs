@@ -223,15 +223,25 @@ impl Ladder<'_> {
             law.plain().along(shape, &At::new(x, &[x, x], &Channel::ALONE), &mut basis);
             amplitudes.iter().zip(&basis).map(|(a, b)| a * b).sum::<f64>()
         };
+        let law: Vec<f64> = shown.at.iter().copied().map(force).collect();
         let (variable, variable_unit) = self.variable(e.channel, over);
-        Some(Curve {
+        is_resolved(&law).then_some(Curve {
             variable,
             variable_unit,
             force_unit: self.problem.model.force_unit(e.channel),
-            law: shown.at.iter().copied().map(force).collect(),
+            law,
             learned: shown.force,
             at: shown.at,
             std: shown.std,
         })
     }
+}
+
+/// Whether a law is nearly straight from point to point: one that is not, as an oscillation of
+/// many periods over time, cannot be drawn beside what is learned on such points.
+fn is_resolved(law: &[f64]) -> bool {
+    const BENT: f64 = 0.25;
+    let bend = |w: &[f64]| (w[1] - 0.5 * (w[0] + w[2])).powi(2);
+    let bends: f64 = law.windows(3).map(bend).sum();
+    bends <= BENT * law.iter().map(|f| f * f).sum::<f64>()
 }

@@ -43,11 +43,12 @@ impl Ladder<'_> {
         };
         let Some(missing) = missing else { return mismatch };
         mismatch.significance = missing.significance;
-        mismatch.missing_force = missing.rms;
+        // What the parameters can do as well is not said to be missing.
         let significant = missing.significance >= self.decision.prior_odds;
         let Some(best) = missing.curves.first().filter(|_| significant) else {
             return mismatch;
         };
+        mismatch.missing_force = missing.rms;
         mismatch.curves = missing.curves.iter().map(|l| self.bare(channel, l)).collect();
         let Some((from, to)) = acts(&best.at, &best.force, &best.std) else { return mismatch };
         let variable = self.variable(channel, best.over).0;

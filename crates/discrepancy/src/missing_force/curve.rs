@@ -1,6 +1,6 @@
 //! The learned force as curves.
 
-use super::evidence::{Evidence, Supposed};
+use super::evidence::{Evidence, FEATURES, Supposed};
 use super::knots::{KNOTS, Knots};
 use super::{Channel, Study};
 use crate::screen::Over;
@@ -34,8 +34,8 @@ pub(super) fn parts<'s>(study: &'s Study) -> Option<Vec<(&'s Knots, Vec<f64>)>> 
     let p = evidence.tolerances.len();
     let part = |i: usize| {
         let l = evidence.features(&chosen.supposed, i)?;
-        let own = &posterior.coefficients[p + i * KNOTS..p + (i + 1) * KNOTS];
-        let value = |k: usize| (0..KNOTS).map(|j| l[(k, j)] * own[j]).sum();
+        let own = &posterior.coefficients[p + i * FEATURES..p + (i + 1) * FEATURES];
+        let value = |k: usize| (0..FEATURES).map(|j| l[(k, j)] * own[j]).sum();
         let knots = &evidence.variables[chosen.supposed.parts[i].variable];
         Some((knots, (0..KNOTS).map(value).collect()))
     };
@@ -127,22 +127,21 @@ fn shown(
     inverse: &Mat<f64>,
 ) -> Option<Shown> {
     let knots = &evidence.variables[supposed.parts[i].variable];
-    let first = evidence.tolerances.len() + i * KNOTS;
-    let features = evidence.features(supposed, i)?;
-    let size = evidence.size(supposed, i);
+    let first = evidence.tolerances.len() + i * FEATURES;
+    let (features, sizes) = (evidence.features(supposed, i)?, evidence.sizes(supposed, i));
     let spacing = (knots.to - knots.from) / (POINTS - 1) as f64;
-    let rows = Mat::from_fn(POINTS, KNOTS, |k, j| {
+    let rows = Mat::from_fn(POINTS, FEATURES, |k, j| {
         let (knot, share) = knots.place(knots.from + spacing * k as f64);
         (1.0 - share) * features[(knot, j)] + share * features[(knot + 1, j)]
     });
-    let mut half = Mat::zeros(POINTS, KNOTS);
-    let own = inverse.submatrix(first, first, KNOTS, KNOTS);
-    matmul(&mut half, Accum::Replace, &rows, own, size * size, Par::Seq);
-    let dot = |a: &Mat<f64>, k: usize, b: &dyn Fn(usize) -> f64| -> f64 {
-        (0..KNOTS).map(|j| a[(k, j)] * b(j)).sum()
-    };
+    let sized = Mat::from_fn(POINTS, FEATURES, |k, j| rows[(k, j)] * sizes[j]);
+    let mut half = Mat::zeros(POINTS, FEATURES);
+    let own = inverse.submatrix(first, first, FEATURES, FEATURES);
+    matmul(&mut half, Accum::Replace, &sized, own, 1.0, Par::Seq);
+    let force = |k| (0..FEATURES).map(|j| rows[(k, j)] * coefficients[first + j]).sum();
+    let variance = |k| (0..FEATURES).map(|j| half[(k, j)] * sized[(k, j)]).sum();
     Some(Shown {
-        force: (0..POINTS).map(|k| dot(&rows, k, &|j| coefficients[first + j])).collect(),
-        variance: (0..POINTS).map(|k| dot(&half, k, &|j| rows[(k, j)])).collect(),
+        force: (0..POINTS).map(force).collect(),
+        variance: (0..POINTS).map(variance).collect(),
     })
 }

@@ -16,6 +16,12 @@ const SMOOTHNESS: [Smoothness; 3] =
 const LENGTHS: [f64; 8] = [0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0];
 /// Sizes of a function: 2^-9 to 2 times the force that moves the channel.
 const SIZES: i32 = 11;
+/// Features of a function: those of its kernel at the knots, a constant and a straight line.
+pub(super) const FEATURES: usize = KNOTS + 2;
+/// Size of the constant and the line, in units of the force that moves the channel. It is wide
+/// and not chosen by evidence: what parameters could do as well must not be given to them by
+/// making the function small.
+const LINE: f64 = 0.5;
 /// Of a white force beside the functions, in units of the rows' noise: none, then 2^-2 to 2^7.
 const WHITE: i32 = 11;
 
@@ -177,7 +183,7 @@ impl<'a> Evidence<'a> {
     }
 
     fn posterior_by(&self, turned: &Normal, half: f64, s: &Supposed) -> Option<(Posterior, f64)> {
-        let sizes = (0..s.parts.len()).flat_map(|i| std::iter::repeat_n(self.size(s, i), KNOTS));
+        let sizes = (0..s.parts.len()).flat_map(|i| self.sizes(s, i));
         let prior: Vec<f64> = self.tolerances.iter().copied().chain(sizes).collect();
         let posterior = turned.posterior(&prior, 1.0).ok()?;
         let evidence = posterior.log_evidence - half;
@@ -188,23 +194,24 @@ impl<'a> Evidence<'a> {
     fn turned(&self, s: &Supposed) -> Option<Normal> {
         let (normal, _) = self.normal(s.white)?;
         let p = self.tolerances.len();
-        let size = p + KNOTS * s.parts.len();
+        let (known, size) = (p + KNOTS * s.parts.len(), p + FEATURES * s.parts.len());
         let column = |i: usize| match i.checked_sub(p) {
             None => i,
             Some(i) => p + s.parts[i / KNOTS].variable * KNOTS + i % KNOTS,
         };
         let symmetric = |i: usize, j: usize| normal.gram[(i.max(j), i.min(j))];
-        let full = Mat::from_fn(size, size, |i, j| symmetric(column(i), column(j)));
-        let mut turn = Mat::identity(size, size);
+        let full = Mat::from_fn(known, known, |i, j| symmetric(column(i), column(j)));
+        let mut turn = Mat::zeros(known, size);
+        (0..p).for_each(|j| turn[(j, j)] = 1.0);
         for i in 0..s.parts.len() {
-            let first = p + i * KNOTS;
-            turn.submatrix_mut(first, first, KNOTS, KNOTS).copy_from(self.features(s, i)?);
+            let (row, first) = (p + i * KNOTS, p + i * FEATURES);
+            turn.submatrix_mut(row, first, KNOTS, FEATURES).copy_from(self.features(s, i)?);
         }
-        let mut half = Mat::zeros(size, size);
+        let mut half = Mat::zeros(known, size);
         matmul(&mut half, Accum::Replace, &full, &turn, 1.0, Par::Seq);
         let mut own = Normal::new(size);
         matmul(&mut own.gram, Accum::Replace, turn.transpose(), &half, 1.0, Par::Seq);
-        let moment = Mat::from_fn(size, 1, |i, _| normal.moment[column(i)]);
+        let moment = Mat::from_fn(known, 1, |i, _| normal.moment[column(i)]);
         let mut turned = Mat::zeros(size, 1);
         matmul(&mut turned, Accum::Replace, turn.transpose(), &moment, 1.0, Par::Seq);
         own.moment = turned.col_as_slice(0).to_vec();
@@ -219,19 +226,27 @@ impl<'a> Evidence<'a> {
         Some(own)
     }
 
-    /// Prior standard deviation of a part.
-    pub(super) fn size(&self, s: &Supposed, i: usize) -> f64 {
-        self.scale * 2f64.powi(s.parts[i].grid[2] as i32 - 9)
+    /// Prior standard deviations of a part's coefficients.
+    pub(super) fn sizes(&self, s: &Supposed, i: usize) -> Vec<f64> {
+        let size = self.scale * 2f64.powi(s.parts[i].grid[2] as i32 - 9);
+        let mut sizes = vec![size; KNOTS];
+        sizes.resize(FEATURES, LINE * self.scale);
+        sizes
     }
 
-    /// Prior standard deviations times features: values at knots of a part are this times its
-    /// coefficients. All but the first part have no mean along the recordings.
+    /// Features of a part, knots x features: values at knots are this times its coefficients.
+    /// All but the first part have no mean along the recordings.
     pub(super) fn features(&self, s: &Supposed, i: usize) -> Option<Mat<f64>> {
         let part = s.parts[i];
-        let mut l = root(part.grid[0], part.grid[1])?.clone();
+        let root = root(part.grid[0], part.grid[1])?;
+        let mut l = Mat::from_fn(KNOTS, FEATURES, |k, j| match j {
+            j if j < KNOTS => root[(k, j)],
+            KNOTS => 1.0,
+            _ => 2.0 * k as f64 / (KNOTS - 1) as f64 - 1.0,
+        });
         if i > 0 {
             let visits = self.variables[part.variable].visits();
-            for j in 0..KNOTS {
+            for j in 0..FEATURES {
                 let mean: f64 = (0..KNOTS).map(|k| visits[k] * l[(k, j)]).sum();
                 (0..KNOTS).for_each(|k| l[(k, j)] -= mean);
             }

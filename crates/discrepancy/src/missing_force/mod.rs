@@ -17,14 +17,14 @@
 //!
 //! ```text
 //! y_w = int phi_w f(x(t)) dt + int phi_w n dt - P_w (p - p_0) + e_w,    P_w = int phi_w dR/dp dt
-//! f ~ GP(0, a^2 k),   p ~ N(p_0, tolerance^2),   n white of density rho^2,   e ~ N(0, S)
+//! f ~ GP(0, a^2 k + b^2 (1 + x x')),   p ~ N(p_0, tolerance^2),   n white of density rho^2,   e ~ N(0, S)
 //! ```
 //!
 //! so that two rows of f have the covariance `<Gamma_a, Gamma_b> = int int phi_a phi_b k(x(t), x(s))`,
 //! the Gram matrix of their occupation kernels. f is one function, or a sum of functions, of the
 //! channel's coordinate, its velocity and time; it is held by its values at even knots, between
 //! them along straight lines. Its size a, length, smoothness (Matern) and rho have the greatest
-//! marginal likelihood; the evidence of a variable is the mean over the grid of each. What the
+//! marginal likelihood, b is wide; the evidence of a variable is the mean over the grid of each. What the
 //! model's parameters could do is not told from f by more than their tolerances allow: the
 //! standard deviation of f holds that doubt, lessened by what the other channels say of them.
 //! A second pass is linearised about the parameters and the force that the first one found, so

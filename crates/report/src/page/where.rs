@@ -72,10 +72,9 @@ fn location(d: &Diagnosis) -> Markup {
     let row = |(name, m): (&String, &ChannelMismatch)| {
         let classes: Vec<String> = m.explained_by.iter().map(|c| words::class_words(c)).collect();
         let by = if classes.is_empty() { "-".to_owned() } else { classes.join(", ") };
-        // Nothing at all is said of an equation that holds what nothing measures.
+        // Nothing is said of a force that nothing speaks for, or that nothing measured tells.
         let told = m.missing_force > 0.0 || m.significance > 0.0;
-        let said =
-            |value: f64, unit: &str| if told { plain(value, unit) } else { "not told".to_owned() };
+        let said = |value: f64, unit: &str| if told { plain(value, unit) } else { "-".to_owned() };
         let (force, evidence) = (said(m.missing_force, &m.unit), said(m.significance, "nats"));
         vec![name.clone(), force, evidence, acts(m), by]
     };
