@@ -129,3 +129,44 @@ fn evidence_prefers_what_is_there() {
         }
     }
 }
+
+/// Laplace's evidence against the integral that it stands for, by quadrature over the amplitude:
+/// of either sign, and of a magnitude whose prior has its mass on one side.
+#[test]
+fn evidence_is_the_integral_over_the_prior() {
+    let bench = Bench { samples: 400, ..ON_PENDULUM };
+    let model = bench.model();
+    let effort = Effort { steps: 30, least: 1e-6 };
+    for (class, parameter, truth, sides) in
+        [("cubic_stiffness", "stiffness", 0.25, 1.0), ("quadratic_drag", "coefficient", 0.02, 2.0)]
+    {
+        let text = format!("[[effect]]\nclass = \"{class}\"\nchannel = \"q\"\n{parameter} = {truth}");
+        let machine = bench.truth(&text);
+        let dataset = Dataset::new(&model, &bench.record(&machine, 84, 2)).expect("a dataset");
+        let problem = Problem::new(&model, &dataset).expect("a problem");
+        let without = Hypothesis::of(&model).held();
+        let plain = Fit::begin(&problem, without.clone(), 3).expect("a fit");
+        let plain = plain.refit(without.clone(), effort).expect("a fit");
+        let effect = machine.effects[0].clone();
+        let with = without.with(effect.clone(), &problem.scales_of(&effect));
+        let sd = with.free[0].sd;
+        let fit = plain.refit(with.clone(), effort).expect("a fit");
+        // chi^2 over the amplitude, the states fitted at each.
+        let (best, width) = (fit.hypothesis.theta()[0], fit.std(1.0)[0]);
+        let step = 0.25 * width;
+        let integral: f64 = (-24..=24)
+            .map(|k| {
+                let amplitude = best + step * f64::from(k);
+                let mut h = with.clone();
+                h.set(&[amplitude]);
+                let chi2 = fit.refit(h.held(), effort).expect("a fit").chi2;
+                let prior = (-0.5 * (amplitude / sd).powi(2)).exp() * sides
+                    / (sd * std::f64::consts::TAU.sqrt());
+                prior * (-0.5 * (chi2 - fit.chi2)).exp() * step
+            })
+            .sum();
+        let expected = integral.ln() - 0.5 * (fit.chi2 - plain.chi2);
+        let found = fit.log_evidence(1.0) - plain.log_evidence(1.0);
+        assert!((found - expected).abs() < 0.05, "{class}: {found} nats, by quadrature {expected}");
+    }
+}
