@@ -5,7 +5,7 @@ use lacuna::discrepancy::diagnosis::Verdict;
 use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna::plants::integrate::rk4_sampled;
 use lacuna::plants::{Model, System};
-use lacuna::recordings::{Column, Recording, RecordingSource, read_csv, write_csv_with_time};
+use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -181,7 +181,9 @@ fn simulate_writes_what_it_simulated() {
         "--out",
         "sim.csv",
     ]);
-    let read = |name: &str| read_csv(&RecordingSource::file(bench.path(name)), "t").unwrap();
+    let read = |name: &str| {
+        lacuna::recordings::read(&RecordingSource::file(bench.path(name)), "t").unwrap()
+    };
     let (measured, simulated) = (read("run1.csv"), read("sim.csv"));
     assert_eq!(simulated.time, measured.time);
     let pairs = measured.column("q").unwrap().iter().zip(simulated.column("q").unwrap());

@@ -1,4 +1,4 @@
-//! One Duffing trial (the paper's figure 3).
+//! One Duffing trial (the paper's figures 1 to 4).
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -41,13 +41,7 @@ pub fn run(common: &Common) -> Result<(), StudyError> {
     })?;
     let results = Results { experiment: NAME.to_owned(), trials: 1, seed: common.seed, recipes };
     let file = output::write_json(&common.out, NAME, &results)?;
-    let drawings = [
-        ("duffing_functions", figures::duffing::functions(&curves)?),
-        ("figure_03_duffing_errors", figures::duffing::errors(&errors)?),
-    ];
-    for (name, svg) in &drawings {
-        output::write_figure(&common.out, name, svg)?;
-    }
+    output::write_figures(&common.out, &figures::duffing::trial(&curves, &errors)?)?;
     if !common.quiet {
         for (recipe, e) in &results.recipes {
             println!(

@@ -1,4 +1,4 @@
-//! Errors of the Duffing study over many trials (the paper's table 1 and figure 4).
+//! Errors of the Duffing study over many trials (the paper's table 1 and figures 5 and 6).
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -104,8 +104,7 @@ pub fn run(count: u64, common: &Common) -> Result<(), StudyError> {
     let experiment = NAME.to_owned();
     let results = Results { experiment, trials: count, seed: common.seed, recipes };
     let file = output::write_json(&common.out, NAME, &results)?;
-    let boxes = figures::duffing::boxes(&found)?;
-    output::write_figure(&common.out, "figure_04_duffing_montecarlo", &boxes)?;
+    output::write_figures(&common.out, &figures::duffing::montecarlo(&found)?)?;
     if !common.quiet {
         print(&results);
         println!("wrote {}", file.display());

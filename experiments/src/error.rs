@@ -1,5 +1,6 @@
 //! Why a study could not be finished.
 
+use lacuna_charts::ChartError;
 use lacuna_control::ControlError;
 use lacuna_excitation::{InitialStateError, NoiseError, SinusoidError};
 use lacuna_occupation::compile::CompileError;
@@ -53,11 +54,8 @@ pub enum StudyError {
     #[error(transparent)]
     Concealed(#[from] crate::concealed::ConcealedError),
     /// A figure could not be drawn.
-    #[error("cannot draw a figure: {reason}")]
-    Figure {
-        /// What the plotting library says.
-        reason: String,
-    },
+    #[error(transparent)]
+    Figure(#[from] ChartError),
     /// A file could not be read.
     #[error("cannot read {path}")]
     Read {

@@ -1,4 +1,4 @@
-//! How the paper's recipe depends on lambda (the paper's figure 1).
+//! How the paper's recipe depends on lambda (a figure of the paper's final version).
 
 use lacuna_occupation::FitError;
 use rayon::prelude::*;
@@ -53,7 +53,7 @@ pub fn run(trials: u64, published: &Path, common: &Common) -> Result<(), StudyEr
     let results = Results { experiment: NAME.to_owned(), trials, seed: common.seed, lambdas };
     let file = output::write_json(&common.out, NAME, &results)?;
     let svg = figures::duffing::ablation(&results.lambdas, curves.as_ref())?;
-    output::write_figure(&common.out, "figure_01_lambda_ablation", &svg)?;
+    output::write_figure(&common.out, "lambda_ablation", &svg)?;
     if !common.quiet {
         print(&results, curves.as_ref(), published);
         println!("wrote {}", file.display());

@@ -1,4 +1,4 @@
-//! Relative errors of the identified two-link manipulator (the paper's figure 5).
+//! Relative errors of the identified two-link manipulator (the paper's figures 7 to 9).
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -48,14 +48,16 @@ pub fn errors(
 pub fn run(noise: f64, common: &Common) -> Result<(), StudyError> {
     let errors = errors(&Recipe::ALL, common.seed, noise)?;
     let recipes = errors.iter().map(|(name, e)| (name.clone(), e.summary())).collect();
-    let (name, figure) = match noise > 0.0 {
-        true => (NOISY, "manipulator_noise_errors"),
-        false => (NAME, "figure_05_manipulator_errors"),
-    };
+    let noisy = noise > 0.0;
+    let name = if noisy { NOISY } else { NAME };
     let experiment = NAME.to_owned();
     let results = Results { experiment, trials: 1, seed: common.seed, noise, recipes };
     let file = output::write_json(&common.out, name, &results)?;
-    output::write_figure(&common.out, figure, &figures::manipulator::errors(&errors)?)?;
+    let drawings = match noisy {
+        true => vec![("manipulator_noise_errors", figures::manipulator::noisy_errors(&errors)?)],
+        false => figures::manipulator::errors(&errors)?.to_vec(),
+    };
+    output::write_figures(&common.out, &drawings)?;
     if !common.quiet {
         print(&results);
         println!("wrote {}", file.display());

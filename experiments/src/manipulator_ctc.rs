@@ -1,5 +1,5 @@
 //! The two-link manipulator regulated by computed torque, with the true and with identified
-//! models in the control law.
+//! models in the control law (the paper's figures 10 and 11).
 
 use lacuna_control::{
     AccelerationModel, ClosedLoop, ComputedTorque, Gains, Origin, PlantAccelerations, Timing,
@@ -60,7 +60,8 @@ pub struct Angles {
 }
 
 impl Angles {
-    fn of(run: &ClosedLoop) -> Self {
+    /// The angles of a run.
+    pub fn of(run: &ClosedLoop) -> Self {
         let angles = |second: usize| {
             let state = run.trajectory.state(second * RATE);
             [state[0], state[1]]
@@ -138,9 +139,7 @@ pub fn run(common: &Common) -> Result<(), StudyError> {
     let recipes = identified.iter().map(|(name, r)| (name.clone(), compare(&truth, r))).collect();
     let results = Results { experiment: NAME.to_owned(), trials: 1, seed: common.seed, recipes };
     let file = output::write_json(&common.out, NAME, &results)?;
-    for (name, svg) in figures::regulator::all(&truth, &identified)? {
-        output::write_figure(&common.out, name, &svg)?;
-    }
+    output::write_figures(&common.out, &figures::regulator::all(&truth, &identified)?)?;
     if !common.quiet {
         print(&results);
         println!("wrote {}", file.display());

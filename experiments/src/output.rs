@@ -32,6 +32,14 @@ pub fn write_figure(directory: &Path, name: &str, svg: &str) -> Result<PathBuf, 
     Ok(path)
 }
 
+/// Write pictures, each with its name, as [`write_figure`] does.
+///
+/// # Errors
+/// [`StudyError::Write`] when a file cannot be written.
+pub fn write_figures(directory: &Path, figures: &[(&str, String)]) -> Result<(), StudyError> {
+    figures.iter().try_for_each(|(name, svg)| write_figure(directory, name, svg).map(|_| ()))
+}
+
 /// Write to a temporary file beside `path` and rename it, so that a reader never sees a half
 /// and an interrupted study leaves the old results.
 fn replace(path: &Path, text: &str) -> Result<(), StudyError> {

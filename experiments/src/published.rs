@@ -1,10 +1,42 @@
-//! Curves that others published, read from a file beside the project for comparison in a figure.
+//! What the paper published: numbers that figures show beside ours, and curves, read from a file
+//! beside the project.
 
 use serde::Deserialize;
 use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::StudyError;
+use crate::manipulator_ctc::Angles;
+use crate::statistics::OverPoints;
+
+/// Errors of one Duffing trial over 61 points of [-3, 3], as the paper's figures show them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OneTrial {
+    /// Greatest.
+    pub max: f64,
+    /// Mean.
+    pub mean: f64,
+}
+
+impl OneTrial {
+    /// Of the drift and of the control effectiveness.
+    pub const ALL: [Self; 2] = [Self { max: 0.613, mean: 0.226 }, Self { max: 0.396, mean: 0.130 }];
+}
+
+/// Relative errors of the manipulator over 100 points, as the paper's figures show them: of the
+/// drift and of both columns of the control effectiveness.
+pub const MANIPULATOR: [OverPoints; 3] = [
+    OverPoints { max: 0.177, median: 0.0694, mean: 0.0750 },
+    OverPoints { max: 1.90, median: 0.276, mean: 0.402 },
+    OverPoints { max: 0.674, median: 0.0895, mean: 0.109 },
+];
+
+/// Both joint angles (rad) of the regulated manipulator after 5 s and after 10 s, as the paper's
+/// figures show them: with the true model, and with the identified one.
+pub const REGULATOR: [Angles; 2] = [
+    Angles { q_5s: [0.0105; 2], q_10s: [0.0003; 2] },
+    Angles { q_5s: [0.0154, 0.0494], q_10s: [-0.0026, 0.0201] },
+];
 
 /// The paper's mean errors against lambda.
 #[derive(Clone, Debug, PartialEq)]

@@ -35,6 +35,9 @@ impl Recipe {
     /// All recipes.
     pub const ALL: [Self; 4] = [Self::Paper, Self::Lacuna, Self::Sindyc, Self::Wsindy];
 
+    /// Those by occupation kernels.
+    pub const KERNELS: [Self; 2] = [Self::Paper, Self::Lacuna];
+
     /// Those that take seconds on any study.
     pub const QUICK: [Self; 3] = [Self::Paper, Self::Sindyc, Self::Wsindy];
 

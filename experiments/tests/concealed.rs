@@ -8,7 +8,7 @@ use experiments::concealed::sealed::{Group, Matter};
 use experiments::concealed::tool::Tool;
 use experiments::concealed::{NAME, Results, Settings, run};
 use lacuna_plants::Model;
-use lacuna_recordings::{RecordingSource, read_csv};
+use lacuna_recordings::RecordingSource;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -77,7 +77,7 @@ fn check_open_files(folders: &Folders, case: &Case) {
     let names = Folders::recordings(case.recordings.len());
     for (name, drawn) in names.iter().zip(&case.recordings) {
         let source = RecordingSource::file(folders.open.join(name));
-        let read = read_csv(&source, &model.time_column).unwrap();
+        let read = lacuna_recordings::read(&source, &model.time_column).unwrap();
         assert_eq!((&read.time, &read.columns), (&drawn.time, &drawn.columns));
     }
     let files = |folder: &Path| std::fs::read_dir(folder).unwrap().count();

@@ -121,10 +121,13 @@ fn the_lambda_ablation_stays_in_its_bands() {
 /// Figures in the repository show our data alone.
 #[test]
 fn the_committed_lambda_figure_holds_no_published_curve() {
-    let path = "../results/figures/figure_01_lambda_ablation.svg";
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
-    let svg = std::fs::read_to_string(path).unwrap();
+    let svg = figure("lambda_ablation");
     assert!(svg.contains("drift f") && !svg.contains("published"));
+}
+
+fn figure(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../results/figures/{name}.svg"));
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
 /// Means over the committed trials against the targets set from an independent NumPy run.

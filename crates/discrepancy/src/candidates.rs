@@ -96,31 +96,17 @@ fn partners(
     others.into_iter()
 }
 
-/// Laws of dry friction: variants of one kind of physics, of which a channel has one.
-const DRY_FRICTION: [&str; 3] = ["coulomb_friction", "stribeck_friction", "asymmetric_friction"];
-
 impl Candidate {
     /// Whether another candidate is no addition to this one: it is the same, or a variant of
     /// the same kind of physics in the same place.
     #[must_use]
     pub fn excludes(&self, other: &Self) -> bool {
-        let dry = self.is_dry_friction() && other.is_dry_friction();
-        self == other || (self.channel == other.channel && dry)
-    }
-
-    /// Whether this is a law of dry friction.
-    #[must_use]
-    pub fn is_dry_friction(&self) -> bool {
-        matches!(self.effect.law, Law::Force(_)) && DRY_FRICTION.contains(&self.effect.class)
+        self == other || (self.channel == other.channel && self.effect.is_kin_of(other.effect))
     }
 
     /// Shapes to screen on recordings of these scales.
     #[must_use]
     pub fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        match self.effect.law {
-            Law::Force(law) => law.shapes(scales),
-            Law::Input(law) => law.shapes(scales),
-            Law::Sensor(_) => vec![vec![]],
-        }
+        (self.effect.shapes)(scales)
     }
 }

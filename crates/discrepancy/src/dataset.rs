@@ -7,7 +7,7 @@ use lacuna_plants::model::Measured;
 use lacuna_plants::{Hold, Model};
 use lacuna_recordings::{
     Gap, InputHold, NoiseEstimate, Recording, RecordingSource, Sampling, Unit, convert,
-    estimate_noise_pooled, read_csv, resample_input,
+    estimate_noise_pooled, resample_input,
 };
 
 /// A measured output of the machine.
@@ -86,7 +86,7 @@ impl Dataset {
     pub fn read(model: &Model, sources: &[RecordingSource]) -> Result<Self, DiagnoseError> {
         let recordings = sources
             .iter()
-            .map(|s| read_csv(s, &model.time_column))
+            .map(|s| lacuna_recordings::read(s, &model.time_column))
             .collect::<Result<Vec<_>, _>>()?;
         Self::new(model, &recordings)
     }
@@ -243,7 +243,7 @@ fn columns(model: &Model, recording: &Recording) -> Result<Vec<Used>, DiagnoseEr
             let (name, unit) = match m.of {
                 Measured::State(i) => (model.state_name(i).to_owned(), model.state_unit(i)),
                 Measured::Input(j) => (model.inputs[j].name.clone(), model.inputs[j].unit.clone()),
-                Measured::Expression(_) => (m.column.clone(), m.unit.clone()),
+                Measured::Output(_) => (m.column.clone(), m.unit.clone()),
             };
             Used { column: m.column.clone(), name, of: m.of, unit, column_unit: m.unit.clone() }
         })

@@ -24,7 +24,11 @@ pub struct Diagnosis {
     pub calibration: BTreeMap<String, Calibration>,
     /// Where the mismatch is.
     pub location: Location,
-    /// The fit before and after.
+    /// What the held-out recordings say of the model that was decided on.
+    #[serde(default)]
+    pub proof: ProofOutcome,
+    /// The fit before and after. After a proof that failed, `after` is the model as it was given,
+    /// which is handed back.
     pub fit: Fit,
     /// How the mismatch splits up: shares of the misfit on the training recordings that
     /// calibration takes away, each finding takes away, and that remain above the noise.
@@ -51,6 +55,19 @@ pub enum Verdict {
     Unexplained,
 }
 
+/// What recordings that nothing was fitted to and nothing was chosen by say of the decided model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ProofOutcome {
+    /// It predicts better than the model as it was.
+    Better,
+    /// Neither predicts better, or they are the same.
+    #[default]
+    Same,
+    /// It predicts worse, and is refused.
+    Worse,
+}
+
 /// An effect that the evidence supports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
@@ -61,7 +78,7 @@ pub struct Finding {
     /// The other channel of a coupling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other: Option<String>,
-    /// Channels that the effect depends on.
+    /// Channels that the effect depends on; of an inertia "acceleration of" its channel.
     pub depends_on: Vec<String>,
     /// Range of those channels in which it acts.
     pub region: BTreeMap<String, [f64; 2]>,
@@ -204,22 +221,26 @@ pub struct Fit {
     pub training: BTreeMap<String, ChannelFit>,
 }
 
-/// Errors of one measured channel.
+/// Errors of one measured channel; `null` in JSON where the model diverges, infinite here.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChannelFit {
     /// Unit of all errors.
     pub unit: String,
     /// Of the model as it was, over windows.
+    #[serde(with = "infinite_as_null")]
     pub rmse_before: f64,
     /// Of the augmented model, over windows.
+    #[serde(with = "infinite_as_null")]
     pub rmse_after: f64,
     /// Noise standard deviation.
     pub noise: f64,
     /// Length of the windows (s).
     pub horizon_s: f64,
     /// Of the model as it was, running free from the first samples to the end.
+    #[serde(with = "infinite_as_null")]
     pub free_run_before: f64,
     /// Of the augmented model, running free.
+    #[serde(with = "infinite_as_null")]
     pub free_run_after: f64,
 }
 
@@ -249,4 +270,17 @@ pub struct DataUsed {
     pub unmeasured: Vec<String>,
     /// The version of Lacuna.
     pub version: String,
+}
+
+/// JSON has no infinity: an infinite error is null there.
+mod infinite_as_null {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
+        value.is_finite().then_some(*value).serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
+    }
 }

@@ -13,6 +13,9 @@ pub enum DiagnoseError {
     /// A recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// Whoever asked for the diagnosis wants it no more.
+    #[error("cancelled")]
+    Cancelled,
     /// There is no recording.
     #[error("no recording is given")]
     NoRecordings,

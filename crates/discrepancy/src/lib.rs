@@ -14,11 +14,11 @@
 //! | measured channels, noise sigma | [`Dataset`], [`Observed`] |
 //! | smoothed motion q, q' | [`trajectories::SmoothedRecording`] |
 //! | missing force r(t) = f(x(t)) + remainder along the measured motion | [`missing_force::MissingForce`] |
-//! | law b with shape s, priors of a and s | [`lacuna_effects::ForceLaw`], [`candidates::Term`] |
+//! | law b with shape s, priors of a and s | [`lacuna_effects::Effect`], [`candidates::Term`] |
 //! | likelihood of the differential equation, evidence Z | [`likelihood`] |
 //! | occupation functionals with the Green's function as test function | [`screen::Screen`] |
-//! | forward selection, rivals, what is missed | [`search::Search`] |
-//! | held-out recordings that speak against an effect | [`search::validate`] |
+//! | forward selection, rivals, what is missed, folds | [`search::Search`] |
+//! | prior odds and the other numbers that decide | [`Decision`] |
 //! | free runs and windows | [`Predictor`], [`IdentifiedPredictor`] |
 //! | the whole ladder | [`diagnose::diagnose`] |
 //! | the result | [`Diagnosis`] |
@@ -29,6 +29,7 @@
 pub mod candidates;
 pub mod colour;
 pub mod dataset;
+mod decision;
 pub mod diagnose;
 pub mod diagnosis;
 mod error;
@@ -39,9 +40,12 @@ mod range;
 pub mod screen;
 pub mod search;
 pub mod trajectories;
+mod watch;
 mod words;
 
 pub use dataset::{Dataset, Observed, Output};
+pub use decision::Decision;
 pub use diagnosis::Diagnosis;
 pub use error::DiagnoseError;
 pub use prediction::{IdentifiedPredictor, Prediction, Predictor};
+pub use watch::Watch;

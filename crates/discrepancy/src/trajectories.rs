@@ -2,8 +2,8 @@
 
 use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
-use lacuna_effects::{ForceLaw, Local};
-use lacuna_plants::Model;
+use lacuna_effects::{AnyForceLaw, At, Channel, ForceLawIn};
+use lacuna_plants::{Model, Plant, System};
 use lacuna_recordings::{Prior, Smoother};
 
 /// One recording's smoothed states.
@@ -11,8 +11,8 @@ use lacuna_recordings::{Prior, Smoother};
 pub struct SmoothedRecording {
     /// Times (s).
     pub times: Vec<f64>,
-    /// Commanded inputs, row-major.
-    pub commands: Vec<f64>,
+    /// Inputs, row-major: as commanded, or along a fit as its actuators apply them.
+    pub inputs: Vec<f64>,
     /// Machine states, row-major `times.len() x machine_states`.
     pub states: Vec<f64>,
     /// Derivatives of the first-order states, row-major `times.len() x states`.
@@ -45,7 +45,7 @@ impl SmoothedRecording {
         let (n, width, samples) = (model.coordinates.len(), model.machine_states(), observed.len());
         let mut this = Self {
             times: observed.times.clone(),
-            commands: observed.commands.clone(),
+            inputs: observed.commands.clone(),
             states: vec![0.0; samples * width],
             accelerations: vec![0.0; samples * n],
             rates: vec![0.0; samples * (width - 2 * n)],
@@ -101,13 +101,26 @@ impl SmoothedRecording {
         }
     }
 
-    /// The same recording on other states, row-major with rows of `stride` that begin with the
-    /// machine's.
+    /// The same recording along a motion of a system, row-major with rows of its whole state, and
+    /// with these effective inputs.
     #[must_use]
-    pub fn along(&self, states: &[f64], stride: usize) -> Self {
-        let rows = states.chunks_exact(stride);
-        let states = rows.flat_map(|x| x[..self.width].iter().copied()).collect();
-        Self { states, ..self.clone() }
+    pub fn along(&self, system: &System, path: &[f64], inputs: Vec<f64>) -> Self {
+        let (n, m) = (self.coordinates, system.inputs());
+        let mut along = Self { inputs, ..self.clone() };
+        let mut derivative = vec![0.0; system.width()];
+        for (k, x) in path.chunks_exact(system.width()).enumerate() {
+            along.states[k * self.width..(k + 1) * self.width].copy_from_slice(&x[..self.width]);
+            let u = &along.inputs[k * m..(k + 1) * m];
+            system.derivative(self.times[k], x, u, &mut derivative);
+            along.accelerations[k * n..(k + 1) * n].copy_from_slice(&derivative[n..2 * n]);
+        }
+        along
+    }
+
+    /// Number of coordinates.
+    #[must_use]
+    pub fn coordinates(&self) -> usize {
+        self.coordinates
     }
 
     /// Number of samples.
@@ -128,13 +141,14 @@ impl SmoothedRecording {
         &self.states[k * self.width..(k + 1) * self.width]
     }
 
-    /// What a force effect on `channel` sees at sample `k`.
+    /// What a force law sees at sample `k` of the channel that it acts on and those it names.
     #[must_use]
-    pub fn local(&self, channel: usize, other: Option<usize>, k: usize) -> Local {
-        let (n, x) = (self.coordinates, self.state(k));
-        let q = |c: usize| if c < n { x[c] } else { x[c + n] };
-        let (other_q, other_v) = other.map_or((0.0, 0.0), |o| (q(o), x[o + n]));
-        Local { t: self.times[k], q: q(channel), v: x[channel + n], other_q, other_v }
+    pub fn at<'s>(&'s self, channels: &'s [Channel], k: usize) -> At<'s> {
+        let (n, m) = (self.coordinates, self.inputs.len() / self.len());
+        let own = channels[0].q;
+        let acceleration = if own < n { self.accelerations[k * n + own] } else { 0.0 };
+        let inputs = &self.inputs[k * m..(k + 1) * m];
+        At { inputs, acceleration, ..At::new(self.times[k], self.state(k), channels) }
     }
 
     /// The basis of a force law along the recording: one series an amplitude. Memory starts
@@ -142,54 +156,71 @@ impl SmoothedRecording {
     #[must_use]
     pub fn basis(
         &self,
-        law: &dyn ForceLaw,
+        law: &dyn AnyForceLaw,
         shape: &[f64],
-        channel: usize,
-        other: Option<usize>,
+        channels: &[Channel],
     ) -> Vec<Vec<f64>> {
         let mut series = vec![vec![0.0; self.len()]; law.amplitudes()];
         let mut basis = vec![0.0; law.amplitudes()];
         let mut memory = vec![0.0; law.memory()];
-        let mut at = self.local(channel, other, 0);
-        law.memory_at_rest(&at, &mut memory);
+        law.memory_at_rest(&self.at(channels, 0), &mut memory);
+        let mut between = Between::new(self.width, memory.len());
         for k in 0..self.len() {
-            law.basis(shape, &at, &memory, &mut basis);
+            let at = At { memory: &memory, ..self.at(channels, k) };
+            law.plain().along(shape, &at, &mut basis);
             for (series, value) in series.iter_mut().zip(&basis) {
                 series[k] = *value;
             }
-            if k + 1 < self.len() {
-                let next = self.local(channel, other, k + 1);
-                advance(law, shape, &at, &next, &mut memory);
-                at = next;
+            if k + 1 < self.len() && !memory.is_empty() {
+                let (from, to) = (self.at(channels, k), self.at(channels, k + 1));
+                between.advance(law.plain(), shape, (&from, &to), &mut memory);
             }
         }
         series
     }
 }
 
-/// Integrate a law's memory from one sample to the next by the midpoint rule, the motion
-/// between them along a straight line.
-fn advance(law: &dyn ForceLaw, shape: &[f64], from: &Local, to: &Local, memory: &mut [f64]) {
-    const STEPS: usize = 4;
-    if memory.is_empty() {
-        return;
+/// Room to integrate a law's memory in between two samples.
+struct Between {
+    state: Vec<f64>,
+    rate: Vec<f64>,
+    middle: Vec<f64>,
+}
+
+impl Between {
+    fn new(width: usize, memory: usize) -> Self {
+        Self { state: vec![0.0; width], rate: vec![0.0; memory], middle: vec![0.0; memory] }
     }
-    let between = |share: f64| Local {
-        t: from.t + share * (to.t - from.t),
-        q: from.q + share * (to.q - from.q),
-        v: from.v + share * (to.v - from.v),
-        other_q: from.other_q + share * (to.other_q - from.other_q),
-        other_v: from.other_v + share * (to.other_v - from.other_v),
-    };
-    let h = (to.t - from.t) / STEPS as f64;
-    let mut rate = vec![0.0; memory.len()];
-    for k in 0..STEPS {
-        let begin = k as f64 / STEPS as f64;
-        law.memory_rate(shape, &between(begin), memory, &mut rate);
-        let middle: Vec<f64> = memory.iter().zip(&rate).map(|(z, r)| z + 0.5 * h * r).collect();
-        law.memory_rate(shape, &between(begin + 0.5 / STEPS as f64), &middle, &mut rate);
-        for (z, r) in memory.iter_mut().zip(&rate) {
-            *z += h * r;
+
+    /// Integrate a law's memory from one sample to the next by the midpoint rule, the motion
+    /// between them along a straight line.
+    fn advance(
+        &mut self,
+        law: &dyn ForceLawIn<f64>,
+        shape: &[f64],
+        (from, to): (&At, &At),
+        memory: &mut [f64],
+    ) {
+        const STEPS: usize = 4;
+        let Self { state, rate, middle } = self;
+        let mut rate_at = |share: f64, memory: &[f64], rate: &mut [f64]| {
+            for (x, (a, b)) in state.iter_mut().zip(from.state.iter().zip(to.state)) {
+                *x = a + share * (b - a);
+            }
+            let t = from.t + share * (to.t - from.t);
+            law.memory_rate(shape, &At { t, state, memory, ..*from }, rate);
+        };
+        let h = (to.t - from.t) / STEPS as f64;
+        for k in 0..STEPS {
+            let begin = k as f64 / STEPS as f64;
+            rate_at(begin, memory, rate);
+            for (m, (z, r)) in middle.iter_mut().zip(memory.iter().zip(&*rate)) {
+                *m = z + 0.5 * h * r;
+            }
+            rate_at(begin + 0.5 / STEPS as f64, middle, rate);
+            for (z, r) in memory.iter_mut().zip(&*rate) {
+                *z += h * r;
+            }
         }
     }
 }

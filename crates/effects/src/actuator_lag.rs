@@ -3,8 +3,10 @@
 //! Where a recording begins, the actuator has reached the share `settled` of the first command:
 //! all of it (1) if that was held long before, nothing (0) if the machine was just switched on.
 
-use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
+    Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "actuator_lag",
@@ -17,42 +19,42 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Input],
     acts: Acts::Inputs,
     law: Law::Input(&ActuatorLag),
+    priors,
+    shapes,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct ActuatorLag;
 
-impl InputLaw for ActuatorLag {
-    fn transform(&self, parameters: &[f64], times: &[f64], command: &[f64]) -> Vec<f64> {
+impl SeriesLaw for ActuatorLag {
+    fn applied<T: Number>(&self, parameters: &[T], times: &[f64], series: &[T]) -> Vec<T> {
         let (tau, settled) = (parameters[0], parameters[1]);
-        let mut state = settled * command.first().copied().unwrap_or(0.0);
+        let mut state = series.first().map_or(T::constant(0.0), |u| settled * *u);
         let mut step = 0.0;
-        let mut out = Vec::with_capacity(command.len());
-        for (k, &u) in command.iter().enumerate() {
+        let mut out = Vec::with_capacity(series.len());
+        for (k, &u) in series.iter().enumerate() {
             if k + 1 < times.len() {
                 step = times[k + 1] - times[k];
             }
             // What of the difference has gone by the step's end; of a slow lag hardly any.
-            let gone = -(-step / tau).exp_m1();
+            let gone = -(T::constant(-step) / tau).exp_m1();
             // The mean over the step of u + (state - u) exp(-t / tau).
-            let share = if step > 0.0 { tau / step * gone } else { 1.0 };
+            let share = if step > 0.0 { tau / step * gone } else { T::constant(1.0) };
             out.push(u + (state - u) * share);
-            state += (u - state) * gone;
+            state = state + (u - state) * gone;
         }
         out
     }
+}
 
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        let steps = [1.0, 2.0, 4.0, 7.0, 11.0, 15.0, 22.0];
-        steps
-            .iter()
-            .flat_map(|k| [1.0, 0.0].map(|settled| vec![k * scales.step, settled]))
-            .collect()
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    let step = scales.step;
+    let time_constant = Prior::order(6.0 * step, 2.5, (0.8 * step, 60.0 * step));
+    vec![time_constant, Prior::near(1.0, 0.5, (0.0, 1.0))]
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        let step = scales.step;
-        let time_constant = Prior::order(6.0 * step, 2.5, (0.8 * step, 60.0 * step));
-        vec![time_constant, Prior::near(1.0, 0.5, (0.0, 1.0))]
-    }
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    let steps = [1.0, 2.0, 4.0, 7.0, 11.0, 15.0, 22.0];
+    steps.iter().flat_map(|k| [1.0, 0.0].map(|settled| vec![k * scales.step, settled])).collect()
 }

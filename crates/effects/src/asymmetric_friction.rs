@@ -1,8 +1,12 @@
 //! Dry friction that differs between the two directions: `-positive tanh(v / smoothing_velocity) for v > 0, -negative tanh(v / smoothing_velocity) for v < 0`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::law::{SMOOTHING_VELOCITY, smooth_sign, smoothing_prior, smoothing_velocities};
-use crate::{Dimension, Prior};
+use crate::dry_friction::{
+    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
+    Scales, Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "asymmetric_friction",
@@ -16,6 +20,16 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Velocity],
     acts: Acts::CoordinatesAndStates,
     law: Law::Force(&AsymmetricFriction),
+    priors,
+    shapes,
+    nature: Nature {
+        kin: Some(Kin {
+            family: &FAMILY,
+            shared: |p| shared(0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0]), p[2]),
+            begun: |s, _| vec![vec![s[0] - s[1], s[0] + s[1], s[2]]],
+        }),
+        ..Nature::PLAIN
+    },
 };
 
 #[derive(Debug)]
@@ -26,21 +40,16 @@ impl ForceLaw for AsymmetricFriction {
         2
     }
 
-    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        let sign = smooth_sign(at.v, shape[0]);
-        basis[0] = -sign.max(0.0);
-        basis[1] = -sign.min(0.0);
+    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        let (sign, none) = (smooth_sign(at.v(), shape[0]), T::constant(0.0));
+        if sign.value() >= 0.0 { [-sign, none] } else { [none, -sign] }
     }
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![
-            Prior::magnitude(scales.force),
-            Prior::magnitude(scales.force),
-            smoothing_prior(scales),
-        ]
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::magnitude(scales.force), Prior::magnitude(scales.force), smoothing_prior(scales)]
+}
 
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        smoothing_velocities(scales).map(|v_s| vec![v_s]).to_vec()
-    }
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    smoothing_velocities(scales).map(|v_s| vec![v_s]).to_vec()
 }

@@ -17,8 +17,10 @@
 //! `stiffness gap (2 A - gap)` in. It is what a spring-like restoring force does that sees the
 //! coordinate behind play, such as a servo with its sensor there: it makes limit cycles.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "backlash",
@@ -31,6 +33,9 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate, Variable::Velocity],
     acts: Acts::Coordinates,
     law: Law::Force(&Backlash),
+    priors,
+    shapes,
+    nature: Nature { memory_spread, ..Nature::PLAIN },
 };
 
 /// Width of the edge in halves of the gap.
@@ -40,8 +45,8 @@ const EDGE: f64 = 0.05;
 struct Backlash;
 
 impl ForceLaw for Backlash {
-    fn basis(&self, _shape: &[f64], _at: &Local, memory: &[f64], basis: &mut [f64]) {
-        basis[0] = -memory[0];
+    fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [-at.memory[0]]
     }
 
     fn memory(&self) -> usize {
@@ -49,32 +54,32 @@ impl ForceLaw for Backlash {
     }
 
     /// In the middle of the play.
-    fn memory_at_rest(&self, at: &Local, memory: &mut [f64]) {
-        memory[0] = at.q;
+    fn memory_at_rest(&self, at: &At, memory: &mut [f64]) {
+        memory[0] = at.q();
     }
 
-    fn memory_rate(&self, shape: &[f64], at: &Local, memory: &[f64], rate: &mut [f64]) {
-        let half = (0.5 * shape[0]).max(f64::MIN_POSITIVE);
-        let offset = at.q - memory[0];
+    fn memory_rate<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        let half = (shape[0] * 0.5).max(T::constant(f64::MIN_POSITIVE));
+        let offset = at.q() - at.memory[0];
         let excess = (offset.abs() / half - 1.0) / EDGE;
-        let pushed = if at.v * offset > 0.0 { 1.0 } else { 0.0 };
-        let share = (excess + pushed).clamp(0.0, 1.0 + pushed);
-        rate[0] = at.v.abs() * share * offset.signum();
+        let pushed = if at.v().value() * offset.value() > 0.0 { 1.0 } else { 0.0 };
+        let share = (excess + pushed).clamp(T::constant(0.0), T::constant(1.0 + pushed));
+        [at.v().abs() * share * offset.value().signum()]
     }
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        let reach = scales.half_range();
-        let gap = Prior::order(0.15 * reach, 3.0, (0.005 * reach, 1.8 * reach));
-        vec![Prior::magnitude(scales.force / reach), gap]
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    let reach = scales.half_range();
+    let gap = Prior::order(0.15 * reach, 3.0, (0.005 * reach, 1.8 * reach));
+    vec![Prior::magnitude(scales.force / reach), gap]
+}
 
-    fn memory_spread(&self, shape: &[f64], _scales: &Scales, spread: &mut [f64]) {
-        spread[0] = 0.5 * shape[0];
-    }
+/// From a hundredth of the coordinate's range to most of it.
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    let gaps = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.4];
+    gaps.map(|share| vec![share * scales.half_range()]).to_vec()
+}
 
-    /// From a hundredth of the coordinate's range to most of it.
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        let gaps = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.4];
-        gaps.map(|share| vec![share * scales.half_range()]).to_vec()
-    }
+fn memory_spread(shape: &[f64], _scales: &Scales, spread: &mut [f64]) {
+    spread[0] = 0.5 * shape[0];
 }

@@ -1,10 +1,10 @@
 //! Cogging (a force periodic in position): `amplitude sin(wavenumber q + phase)`.
 
-use crate::law::{
-    Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable, sine_internal,
-    sine_physical,
+use crate::sine::{sine_internal, sine_physical};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable,
 };
-use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "cogging",
@@ -18,6 +18,9 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate],
     acts: Acts::Coordinates,
     law: Law::Force(&Cogging),
+    priors,
+    shapes,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
@@ -36,24 +39,25 @@ impl ForceLaw for Cogging {
         sine_physical(internal)
     }
 
-    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        (basis[0], basis[1]) = (shape[0] * at.q).sin_cos();
+    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        let (sine, cosine) = (shape[0] * at.q()).sin_cos();
+        [sine, cosine]
     }
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        let pi = std::f64::consts::PI;
-        let pitch = Prior::order(
-            3.0 * pi / scales.stroke,
-            2.0,
-            (pi / scales.half_range(), 16.0 * pi / scales.stroke),
-        );
-        vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), pitch]
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    let pi = std::f64::consts::PI;
+    let pitch = Prior::order(
+        3.0 * pi / scales.stroke,
+        2.0,
+        (pi / scales.half_range(), 16.0 * pi / scales.stroke),
+    );
+    vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), pitch]
+}
 
-    /// From half a period over the range to fourteen, finely enough that a peak of the
-    /// evidence, as wide as one period over the range, cannot fall between.
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        let fundamental = std::f64::consts::PI / scales.half_range();
-        (0..40).map(|k| vec![1.2 * fundamental * 1.075f64.powi(k)]).collect()
-    }
+/// From half a period over the range to fourteen, finely enough that a peak of the
+/// evidence, as wide as one period over the range, cannot fall between.
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    let fundamental = std::f64::consts::PI / scales.half_range();
+    (0..40).map(|k| vec![1.2 * fundamental * 1.075f64.powi(k)]).collect()
 }

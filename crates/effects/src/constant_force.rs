@@ -1,7 +1,9 @@
 //! A constant force: `force`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "constant_force",
@@ -11,17 +13,20 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[],
     acts: Acts::CoordinatesAndStates,
     law: Law::Force(&ConstantForce),
+    priors,
+    shapes: one_shape,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct ConstantForce;
 
 impl ForceLaw for ConstantForce {
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::amplitude(scales.force)]
+    fn basis<T: Number>(&self, _shape: &[T], _at: &At<T>) -> impl AsRef<[T]> {
+        [T::constant(1.0)]
     }
+}
 
-    fn basis(&self, _shape: &[f64], _at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = 1.0;
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::amplitude(scales.force)]
 }

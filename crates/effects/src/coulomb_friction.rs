@@ -1,8 +1,12 @@
 //! Dry (Coulomb) friction: `-magnitude tanh(v / smoothing_velocity)`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::law::{SMOOTHING_VELOCITY, smooth_sign, smoothing_prior, smoothing_velocities};
-use crate::{Dimension, Prior};
+use crate::dry_friction::{
+    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
+    Scales, Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "coulomb_friction",
@@ -15,21 +19,31 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Velocity],
     acts: Acts::CoordinatesAndStates,
     law: Law::Force(&CoulombFriction),
+    priors,
+    shapes,
+    nature: Nature {
+        kin: Some(Kin {
+            family: &FAMILY,
+            shared: |p| shared(p[0], 0.0, p[1]),
+            begun: |s, _| vec![vec![s[0], s[2]]],
+        }),
+        ..Nature::PLAIN
+    },
 };
 
 #[derive(Debug)]
 struct CoulombFriction;
 
 impl ForceLaw for CoulombFriction {
-    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = -smooth_sign(at.v, shape[0]);
+    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [-smooth_sign(at.v(), shape[0])]
     }
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::magnitude(scales.force), smoothing_prior(scales)]
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::magnitude(scales.force), smoothing_prior(scales)]
+}
 
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        smoothing_velocities(scales).map(|v_s| vec![v_s]).to_vec()
-    }
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    smoothing_velocities(scales).map(|v_s| vec![v_s]).to_vec()
 }

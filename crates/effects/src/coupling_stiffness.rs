@@ -1,7 +1,9 @@
 //! A spring to another coordinate: `stiffness (q_j - q_i)`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable, one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "coupling_stiffness",
@@ -11,23 +13,26 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate, Variable::OtherCoordinate],
     acts: Acts::CoordinatesAndStates,
     law: Law::Force(&CouplingStiffness),
+    priors,
+    shapes: one_shape,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct CouplingStiffness;
 
 impl ForceLaw for CouplingStiffness {
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::amplitude(
-            (scales.force / scales.half_range()).min(scales.other.2 / scales.other.0),
-        )]
-    }
-
-    fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = at.other_q - at.q;
+    fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [at.other_q(0) - at.q()]
     }
 
     fn reacts(&self) -> bool {
         true
     }
+}
+
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::amplitude(
+        (scales.force / scales.half_range()).min(scales.other.2 / scales.other.0),
+    )]
 }

@@ -1,7 +1,9 @@
 //! Cubic stiffness: `-stiffness q^3`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable, one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "cubic_stiffness",
@@ -11,17 +13,20 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate],
     acts: Acts::Coordinates,
     law: Law::Force(&CubicStiffness),
+    priors,
+    shapes: one_shape,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct CubicStiffness;
 
 impl ForceLaw for CubicStiffness {
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::amplitude(scales.force / scales.half_range().powi(3))]
+    fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [-at.q().powi(3)]
     }
+}
 
-    fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = -at.q.powi(3);
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::amplitude(scales.force / scales.half_range().powi(3))]
 }

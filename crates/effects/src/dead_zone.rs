@@ -1,7 +1,9 @@
 //! A dead zone of the actuator: `u_effective = u - clamp(u, -half_width, half_width)`.
 
-use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
+    Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "dead_zone",
@@ -11,23 +13,26 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Input],
     acts: Acts::Inputs,
     law: Law::Input(&DeadZone),
+    priors,
+    shapes,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct DeadZone;
 
-impl InputLaw for DeadZone {
-    fn transform(&self, parameters: &[f64], _times: &[f64], command: &[f64]) -> Vec<f64> {
+impl SeriesLaw for DeadZone {
+    fn applied<T: Number>(&self, parameters: &[T], _times: &[f64], series: &[T]) -> Vec<T> {
         let w = parameters[0];
-        command.iter().map(|u| u - u.clamp(-w, w)).collect()
+        series.iter().map(|u| *u - u.clamp(-w, w)).collect()
     }
+}
 
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        [0.02, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6].map(|share| vec![share * scales.input.0]).to_vec()
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    let typical = scales.input.0;
+    vec![Prior::near(0.0, 0.5 * typical, (0.0, 2.0 * typical))]
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        let typical = scales.input.0;
-        vec![Prior::near(0.0, 0.5 * typical, (0.0, 2.0 * typical))]
-    }
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    [0.02, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6].map(|share| vec![share * scales.input.0]).to_vec()
 }

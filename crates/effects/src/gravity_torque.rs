@@ -1,7 +1,9 @@
 //! A gravity torque: `-magnitude sin(q)`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable, one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "gravity_torque",
@@ -11,17 +13,20 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate],
     acts: Acts::Coordinates,
     law: Law::Force(&GravityTorque),
+    priors,
+    shapes: one_shape,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct GravityTorque;
 
 impl ForceLaw for GravityTorque {
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::amplitude(scales.force / scales.half_range().min(1.0))]
+    fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [-at.q().sin()]
     }
+}
 
-    fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = -at.q.sin();
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::amplitude(scales.force / scales.half_range().min(1.0))]
 }

@@ -1,7 +1,10 @@
 //! A delay of the actuator: `u_effective(t) = u(t - delay)`.
 
-use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable, delayed};
-use crate::{Dimension, Prior};
+use crate::held::delayed;
+use crate::{
+    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
+    Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "input_delay",
@@ -11,23 +14,24 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Input],
     acts: Acts::Inputs,
     law: Law::Input(&InputDelay),
+    priors,
+    shapes,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct InputDelay;
 
-impl InputLaw for InputDelay {
-    fn transform(&self, parameters: &[f64], times: &[f64], command: &[f64]) -> Vec<f64> {
-        delayed(times, command, parameters[0])
+impl SeriesLaw for InputDelay {
+    fn applied<T: Number>(&self, parameters: &[T], times: &[f64], series: &[T]) -> Vec<T> {
+        delayed(times, series, parameters[0])
     }
+}
 
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 13.0, 17.0]
-            .map(|k| vec![k * scales.step])
-            .to_vec()
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::near(0.0, 8.0 * scales.step, (0.0, 40.0 * scales.step))]
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::near(0.0, 8.0 * scales.step, (0.0, 40.0 * scales.step))]
-    }
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 13.0, 17.0].map(|k| vec![k * scales.step]).to_vec()
 }

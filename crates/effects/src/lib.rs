@@ -4,25 +4,32 @@
 //! A force law adds a generalised force to one channel of `M(q) q'' = F(q, q', u)`:
 //!
 //! ```text
-//! r_i = sum_k a_k b_k(q, v, t, z; s)
+//! r_i = sum_k a_k (b_k(q, q', u, t, z; s) - m_k(q, q', u, t, z; s) q_i'')
 //! ```
 //!
 //! It is linear in its amplitudes `a` and not in its shape `s`; `z` is its memory. That
-//! split is what lets a whole family of laws be screened by linear regression.
+//! split is what lets a whole family of laws be screened by linear regression. Laws are generic
+//! over the number type ([`lacuna_numbers::Number`]): all their derivatives are exact.
 //!
 //! | on paper | in code |
 //! | --- | --- |
-//! | coordinate q, velocity v, time t | [`Local`] |
+//! | coordinate q_i, velocity v, other channels, inputs u, time t, memory z | [`At`] |
 //! | amplitudes a, shape s | the *internal* parameters: amplitudes first ([`ForceLaw::amplitudes`]) |
-//! | basis b | [`ForceLaw::basis`] |
-//! | prior of a and s | [`ForceLaw::priors`] |
+//! | basis b, inertia m | [`ForceLaw::basis`], [`ForceLaw::inertia`] |
 //! | memory z, its rate | [`ForceLaw::memory`], [`ForceLaw::memory_rate`] |
+//! | what an actuator or sensor makes of a series | [`SeriesLaw::applied`] |
+//! | prior of a and s | [`Effect::priors`] |
+//! | shapes s to begin from | [`Effect::shapes`] |
 //! | magnitudes as an engineer states them | the *physical* parameters: [`Effect::parameters`], one value after the other: [`Effect::values`] |
 //!
-//! A new effect is one small file here, a line in [`CATALOGUE`], and a test.
+//! What an effect is stands in its file, in an [`Effect`]; how it is looked for is another
+//! crate, which asks these data and knows no effect by name. A new effect is one small file
+//! here, its line in [`CATALOGUE`], and a test.
 
 mod actuator_lag;
+mod added_inertia;
 mod asymmetric_friction;
+mod at;
 mod backlash;
 mod cogging;
 mod constant_force;
@@ -31,9 +38,13 @@ mod coulomb_friction;
 mod coupling_stiffness;
 mod cubic_stiffness;
 mod dead_zone;
+mod dry_friction;
+mod effect;
 mod end_stop;
+mod family;
 mod gain_error;
 mod gravity_torque;
+mod held;
 mod hidden_resonance;
 mod hysteresis;
 mod input_delay;
@@ -43,13 +54,17 @@ mod linear_stiffness;
 mod overflow;
 pub mod parameter;
 mod periodic_disturbance;
+mod position_damping;
 mod prior;
 mod quadratic_drag;
 mod quadratic_loss;
+mod quadratic_stiffness;
 mod saturation;
+mod scales;
 mod sensor_bias;
 mod sensor_delay;
 mod sensor_scale;
+mod sine;
 mod step_change;
 mod stribeck_friction;
 pub mod unit;
@@ -57,11 +72,14 @@ mod unknown_function;
 mod viscoelastic;
 mod viscous_friction;
 
-pub use law::{
-    Acts, Effect, ForceLaw, InputLaw, Law, Local, MOST_AMPLITUDES, Scales, SensorLaw, Variable,
-};
+pub use at::{At, Channel};
+pub use effect::{Acts, Effect, Nature, Variable, one_shape};
+pub use family::{Family, Kin};
+use lacuna_numbers::Number;
+pub use law::{AnyForceLaw, AnySeriesLaw, ForceLaw, ForceLawIn, Law, SeriesLaw, SeriesLawIn};
 pub use parameter::{Kind, Parameter, Range};
 pub use prior::Prior;
+pub use scales::Scales;
 pub use unit::Dimension;
 
 /// Every effect, in the order in which rivals of equal evidence are tried: simple ones first.
@@ -71,9 +89,12 @@ pub static CATALOGUE: &[&Effect] = &[
     &stribeck_friction::EFFECT,
     &asymmetric_friction::EFFECT,
     &quadratic_drag::EFFECT,
+    &position_damping::EFFECT,
     &constant_force::EFFECT,
     &linear_stiffness::EFFECT,
+    &quadratic_stiffness::EFFECT,
     &cubic_stiffness::EFFECT,
+    &added_inertia::EFFECT,
     &end_stop::EFFECT,
     &gravity_torque::EFFECT,
     &cogging::EFFECT,
@@ -103,4 +124,10 @@ pub static CATALOGUE: &[&Effect] = &[
 #[must_use]
 pub fn find(class: &str) -> Option<&'static Effect> {
     CATALOGUE.iter().copied().find(|e| e.class == class)
+}
+
+/// The effect that is a learned curve over a variable of its choice, not a formula.
+#[must_use]
+pub fn curve() -> &'static Effect {
+    &unknown_function::EFFECT
 }

@@ -1,7 +1,9 @@
 //! An overflow above a level (a tank's brim): `-rate max(x - position, 0)`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "overflow",
@@ -14,26 +16,29 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate],
     acts: Acts::States,
     law: Law::Force(&Overflow),
+    priors,
+    shapes,
+    nature: Nature { edge: true, ..Nature::PLAIN },
 };
 
 #[derive(Debug)]
 struct Overflow;
 
 impl ForceLaw for Overflow {
-    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = -(at.q - shape[0]).max(0.0);
+    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [-(at.q() - shape[0]).max(T::constant(0.0))]
     }
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        let reach = scales.half_range();
-        let brim = Prior::near(scales.q.0 + 1.7 * reach, 0.4 * reach, scales.q);
-        vec![Prior::magnitude(20.0 * scales.force / reach), brim]
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    let reach = scales.half_range();
+    let brim = Prior::near(scales.q.0 + 1.7 * reach, 0.4 * reach, scales.q);
+    vec![Prior::magnitude(20.0 * scales.force / reach), brim]
+}
 
-    /// Brims in the upper part of the state's range.
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        let (low, high) = scales.q;
-        let shares = [0.7, 0.75, 0.8, 0.85, 0.89, 0.925, 0.955, 0.98];
-        shares.map(|share| vec![low + share * (high - low)]).to_vec()
-    }
+/// Brims in the upper part of the state's range.
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    let (low, high) = scales.q;
+    let shares = [0.7, 0.75, 0.8, 0.85, 0.89, 0.925, 0.955, 0.98];
+    shares.map(|share| vec![low + share * (high - low)]).to_vec()
 }

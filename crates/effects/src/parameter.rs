@@ -15,19 +15,34 @@ pub struct Parameter {
     pub default: Option<f64>,
     /// What it holds.
     pub kind: Kind,
+    /// Whether it says something of the machine, and not only of how the formula is written.
+    pub physical: bool,
 }
 
 impl Parameter {
     /// A number that must be given.
     #[must_use]
     pub const fn new(name: &'static str, unit: Dimension, range: Range) -> Self {
-        Self { name, unit, range, default: None, kind: Kind::Number }
+        Self { name, unit, range, default: None, kind: Kind::Number, physical: true }
     }
 
     /// The same, with a value for files that leave it out.
     #[must_use]
     pub const fn or(self, default: f64) -> Self {
         Self { default: Some(default), ..self }
+    }
+
+    /// The same for a number of the formula, such as the width of a smooth edge: sentences leave
+    /// it out.
+    #[must_use]
+    pub const fn of_the_formula(self) -> Self {
+        Self { physical: false, ..self }
+    }
+
+    /// A side: 1 for that of larger coordinates, -1 for the other, 0 for what the law makes of it.
+    #[must_use]
+    pub const fn side(name: &'static str) -> Self {
+        Self { kind: Kind::Side, ..Self::new(name, Dimension::NUMBER, Range::Any).or(0.0) }
     }
 
     /// So many numbers of one unit and range.
@@ -49,6 +64,8 @@ impl Parameter {
 pub enum Kind {
     /// One number.
     Number,
+    /// One number that is a choice, not a quantity: 1, -1 or 0. It is never told as a value.
+    Side,
     /// So many numbers, such as the values of a curve at its knots.
     Numbers(usize),
     /// A variable, as its index in [`Effect::depends_on`]. Model files call it by its name.
@@ -60,7 +77,7 @@ impl Kind {
     #[must_use]
     pub const fn values(self) -> usize {
         match self {
-            Self::Number | Self::Variable => 1,
+            Self::Number | Self::Side | Self::Variable => 1,
             Self::Numbers(count) => count,
         }
     }

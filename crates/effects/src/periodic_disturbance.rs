@@ -1,10 +1,10 @@
 //! A periodic disturbance: `amplitude sin(angular_frequency t + phase)`.
 
-use crate::law::{
-    Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable, sine_internal,
-    sine_physical,
+use crate::sine::{sine_internal, sine_physical};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable,
 };
-use crate::{Dimension, Prior};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "periodic_disturbance",
@@ -18,6 +18,9 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Time],
     acts: Acts::CoordinatesAndStates,
     law: Law::Force(&PeriodicDisturbance),
+    priors,
+    shapes,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
@@ -36,19 +39,20 @@ impl ForceLaw for PeriodicDisturbance {
         sine_physical(internal)
     }
 
-    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        (basis[0], basis[1]) = (shape[0] * at.t).sin_cos();
+    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        let (sine, cosine) = (shape[0] * at.t).sin_cos();
+        [sine, cosine]
     }
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        let turn = std::f64::consts::TAU / scales.duration();
-        let rate = Prior::order(6.0 * turn, std::f64::consts::E, (1.5 * turn, 80.0 * turn));
-        vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), rate]
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    let turn = std::f64::consts::TAU / scales.duration();
+    let rate = Prior::order(6.0 * turn, std::f64::consts::E, (1.5 * turn, 80.0 * turn));
+    vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), rate]
+}
 
-    /// Steps of 0.4 periods over the recording, as wide as a spectral line.
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        let line = std::f64::consts::TAU / scales.duration();
-        (0..200).map(|k| vec![line * (1.5 + 0.4 * f64::from(k))]).collect()
-    }
+/// Steps of 0.4 periods over the recording, as wide as a spectral line.
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    let line = std::f64::consts::TAU / scales.duration();
+    (0..200).map(|k| vec![line * (1.5 + 0.4 * f64::from(k))]).collect()
 }

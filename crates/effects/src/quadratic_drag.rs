@@ -1,7 +1,9 @@
 //! Quadratic drag: `-coefficient v |v|`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable, one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "quadratic_drag",
@@ -11,17 +13,20 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Velocity],
     acts: Acts::Coordinates,
     law: Law::Force(&QuadraticDrag),
+    priors,
+    shapes: one_shape,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct QuadraticDrag;
 
 impl ForceLaw for QuadraticDrag {
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::magnitude(scales.force / scales.v.powi(2))]
+    fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [-at.v() * at.v().abs()]
     }
+}
 
-    fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = -at.v * at.v.abs();
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::magnitude(scales.force / scales.v.powi(2))]
 }

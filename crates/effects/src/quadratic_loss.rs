@@ -1,7 +1,9 @@
 //! A loss with the square of the state: `-coefficient x |x|`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable, one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "quadratic_loss",
@@ -11,17 +13,20 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate],
     acts: Acts::States,
     law: Law::Force(&QuadraticLoss),
+    priors,
+    shapes: one_shape,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct QuadraticLoss;
 
 impl ForceLaw for QuadraticLoss {
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::magnitude(scales.force / scales.half_range().powi(2))]
+    fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [-at.q() * at.q().abs()]
     }
+}
 
-    fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = -at.q * at.q.abs();
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::magnitude(scales.force / scales.half_range().powi(2))]
 }

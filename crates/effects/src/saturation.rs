@@ -1,7 +1,9 @@
 //! Saturation of the actuator: `u_effective = clamp(u, -limit, limit)`.
 
-use crate::law::{Acts, Effect, InputLaw, Law, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
+    Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "saturation",
@@ -11,23 +13,26 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Input],
     acts: Acts::Inputs,
     law: Law::Input(&Saturation),
+    priors,
+    shapes,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct Saturation;
 
-impl InputLaw for Saturation {
-    fn transform(&self, parameters: &[f64], _times: &[f64], command: &[f64]) -> Vec<f64> {
+impl SeriesLaw for Saturation {
+    fn applied<T: Number>(&self, parameters: &[T], _times: &[f64], series: &[T]) -> Vec<T> {
         let limit = parameters[0];
-        command.iter().map(|u| u.clamp(-limit, limit)).collect()
+        series.iter().map(|u| u.clamp(-limit, limit)).collect()
     }
+}
 
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        (3..19).map(|k| vec![0.05 * f64::from(k) * scales.input.1]).collect()
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    let largest = scales.input.1;
+    vec![Prior::near(0.8 * largest, 0.25 * largest, (0.15 * largest, largest))]
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        let largest = scales.input.1;
-        vec![Prior::near(0.8 * largest, 0.25 * largest, (0.15 * largest, largest))]
-    }
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    (3..19).map(|k| vec![0.05 * f64::from(k) * scales.input.1]).collect()
 }

@@ -1,7 +1,9 @@
 //! An offset of the sensor: `y = x + bias`.
 
-use crate::law::{Acts, Effect, Law, Parameter, Range, Scales, SensorLaw, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
+    Variable, one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "sensor_bias",
@@ -11,17 +13,20 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate],
     acts: Acts::Sensors,
     law: Law::Sensor(&SensorBias),
+    priors,
+    shapes: one_shape,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct SensorBias;
 
-impl SensorLaw for SensorBias {
-    fn observe(&self, parameters: &[f64], _times: &[f64], truth: &[f64]) -> Vec<f64> {
-        truth.iter().map(|x| x + parameters[0]).collect()
+impl SeriesLaw for SensorBias {
+    fn applied<T: Number>(&self, parameters: &[T], _times: &[f64], series: &[T]) -> Vec<T> {
+        series.iter().map(|x| *x + parameters[0]).collect()
     }
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::amplitude(scales.half_range())]
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::amplitude(scales.half_range())]
 }

@@ -1,7 +1,9 @@
 //! A delay of the sensor: `y(t) = x(t - delay)`.
 
-use crate::law::{Acts, Effect, Law, Parameter, Range, Scales, SensorLaw, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
+    Variable, one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "sensor_delay",
@@ -11,27 +13,31 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate],
     acts: Acts::Sensors,
     law: Law::Sensor(&SensorDelay),
+    priors,
+    shapes: one_shape,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct SensorDelay;
 
-impl SensorLaw for SensorDelay {
-    fn observe(&self, parameters: &[f64], times: &[f64], truth: &[f64]) -> Vec<f64> {
-        times.iter().map(|t| interpolate(times, truth, t - parameters[0])).collect()
-    }
-
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::near(0.0, 8.0 * scales.step, (0.0, 40.0 * scales.step))]
+impl SeriesLaw for SensorDelay {
+    fn applied<T: Number>(&self, parameters: &[T], times: &[f64], series: &[T]) -> Vec<T> {
+        times.iter().map(|t| interpolate(times, series, -parameters[0] + *t)).collect()
     }
 }
 
-/// The series at `t` by straight lines, by its first slope before its beginning.
-fn interpolate(times: &[f64], values: &[f64], t: f64) -> f64 {
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::near(0.0, 8.0 * scales.step, (0.0, 40.0 * scales.step))]
+}
+
+/// The series at `t` by straight lines, by its first slope before its beginning. At a sample the
+/// line is that before it: a longer delay looks further back.
+fn interpolate<T: Number>(times: &[f64], values: &[T], t: T) -> T {
     if times.len() < 2 {
         return values[0];
     }
-    let k = times.partition_point(|&s| s <= t).clamp(1, times.len() - 1);
-    let share = (t - times[k - 1]) / (times[k] - times[k - 1]);
-    values[k - 1] + share * (values[k] - values[k - 1])
+    let k = times.partition_point(|&s| s < t.value()).clamp(1, times.len() - 1);
+    let share = (t - times[k]) / (times[k] - times[k - 1]);
+    values[k] + share * (values[k] - values[k - 1])
 }

@@ -1,7 +1,9 @@
 //! A wrong scale of the sensor: `y = scale x`.
 
-use crate::law::{Acts, Effect, Law, Parameter, Range, Scales, SensorLaw, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
+    Variable, one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "sensor_scale",
@@ -11,21 +13,20 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Coordinate],
     acts: Acts::Sensors,
     law: Law::Sensor(&SensorScale),
+    priors,
+    shapes: one_shape,
+    nature: Nature { ideal: &[1.0], ..Nature::PLAIN },
 };
 
 #[derive(Debug)]
 struct SensorScale;
 
-impl SensorLaw for SensorScale {
-    fn observe(&self, parameters: &[f64], _times: &[f64], truth: &[f64]) -> Vec<f64> {
-        truth.iter().map(|x| parameters[0] * x).collect()
+impl SeriesLaw for SensorScale {
+    fn applied<T: Number>(&self, parameters: &[T], _times: &[f64], series: &[T]) -> Vec<T> {
+        series.iter().map(|x| parameters[0] * *x).collect()
     }
+}
 
-    fn priors(&self, _scales: &Scales) -> Vec<Prior> {
-        vec![Prior::near(1.0, 0.1, (0.5, 1.5))]
-    }
-
-    fn ideal(&self) -> Vec<f64> {
-        vec![1.0]
-    }
+fn priors(_scales: &Scales) -> Vec<Prior> {
+    vec![Prior::near(1.0, 0.1, (0.5, 1.5))]
 }

@@ -1,7 +1,9 @@
 //! A force that begins at a time: `force for t >= time`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "step_change",
@@ -14,32 +16,40 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Time],
     acts: Acts::CoordinatesAndStates,
     law: Law::Force(&StepChange),
+    priors,
+    shapes,
+    nature: Nature { onset: Some("time"), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]
 struct StepChange;
 
 impl ForceLaw for StepChange {
-    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = if at.t >= shape[0] { 1.0 } else { 0.0 };
+    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [begun(at.t, shape[0], at.sample)]
     }
+}
 
-    fn resolution(&self, _k: usize, sample: f64) -> f64 {
-        sample
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    let (begin, length) = (scales.time.0, scales.duration());
+    let time = Prior::near(
+        begin + 0.5 * length,
+        0.25 * length,
+        (begin + 0.03 * length, begin + 0.97 * length),
+    );
+    vec![Prior::amplitude(scales.force), time]
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        let (begin, length) = (scales.time.0, scales.duration());
-        let time = Prior::near(
-            begin + 0.5 * length,
-            0.25 * length,
-            (begin + 0.03 * length, begin + 0.97 * length),
-        );
-        vec![Prior::amplitude(scales.force), time]
-    }
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    let begin = scales.time.0;
+    (3..48).map(|k| vec![begin + 0.02 * f64::from(k) * scales.duration()]).collect()
+}
 
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        let begin = scales.time.0;
-        (3..48).map(|k| vec![begin + 0.02 * f64::from(k) * scales.duration()]).collect()
-    }
+/// 1 from `onset` on. Its derivative by the onset is that of a ramp over the sample that follows
+/// it: samples tell no more of when it began.
+#[inline(always)]
+fn begun<T: Number>(t: f64, onset: T, sample: f64) -> T {
+    let since = t - onset.value();
+    let slope = if (0.0..sample).contains(&since) { -1.0 / sample } else { 0.0 };
+    onset.mapped(if since >= 0.0 { 1.0 } else { 0.0 }, slope)
 }

@@ -1,8 +1,12 @@
 //! Friction with a Stribeck peak at low speed: `-(coulomb + (static - coulomb) exp(-(v / stribeck_velocity)^2)) tanh(v / smoothing_velocity)`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::law::{SMOOTHING_VELOCITY, smooth_sign, smoothing_prior, smoothing_velocities};
-use crate::{Dimension, Prior};
+use crate::dry_friction::{
+    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
+    Scales, Variable,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "stribeck_friction",
@@ -17,6 +21,12 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Velocity],
     acts: Acts::Coordinates,
     law: Law::Force(&StribeckFriction),
+    priors,
+    shapes,
+    nature: Nature {
+        kin: Some(Kin { family: &FAMILY, shared: |p| shared(p[0], 0.0, p[3]), begun }),
+        ..Nature::PLAIN
+    },
 };
 
 #[derive(Debug)]
@@ -27,25 +37,31 @@ impl ForceLaw for StribeckFriction {
         2
     }
 
-    fn basis(&self, shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        let sign = smooth_sign(at.v, shape[1]);
-        let low_speed = (-(at.v / shape[0]).powi(2)).exp();
-        basis[0] = -(1.0 - low_speed) * sign;
-        basis[1] = -low_speed * sign;
+    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        let sign = smooth_sign(at.v(), shape[1]);
+        let low_speed = (-(at.v() / shape[0]).powi(2)).exp();
+        [(low_speed - 1.0) * sign, -low_speed * sign]
     }
+}
 
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![
-            Prior::magnitude(scales.force),
-            Prior::magnitude(1.5 * scales.force),
-            Prior::order(0.35 * scales.v, 2.5, (0.05 * scales.v, 4.0 * scales.v)),
-            smoothing_prior(scales),
-        ]
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![
+        Prior::magnitude(scales.force),
+        Prior::magnitude(1.5 * scales.force),
+        Prior::order(0.35 * scales.v, 2.5, (0.05 * scales.v, 4.0 * scales.v)),
+        smoothing_prior(scales),
+    ]
+}
 
-    fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
-        let [sharp, medium, _] = smoothing_velocities(scales);
-        let widths = [0.1, 0.2, 0.4, 0.8, 1.6].map(|share| share * scales.v);
-        widths.iter().flat_map(|&w| [vec![w, sharp], vec![w, medium]]).collect()
-    }
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    let [sharp, medium, _] = smoothing_velocities(scales);
+    let widths = [0.1, 0.2, 0.4, 0.8, 1.6].map(|share| share * scales.v);
+    widths.iter().flat_map(|&w| [vec![w, sharp], vec![w, medium]]).collect()
+}
+
+/// The peak may be anywhere between creeping and full speed.
+fn begun(shared: &[f64], scales: &Scales) -> Vec<Vec<f64>> {
+    let (magnitude, smoothing) = (shared[0], shared[2]);
+    let peak = |share| vec![0.8 * magnitude, 1.3 * magnitude, share * scales.v, smoothing];
+    [0.15, 0.4, 1.2].map(peak).to_vec()
 }

@@ -47,6 +47,7 @@ impl Dimension {
         let unit = match variable {
             Variable::Coordinate | Variable::OtherCoordinate => Self::COORDINATE,
             Variable::Velocity | Variable::OtherVelocity => Self::VELOCITY,
+            Variable::Acceleration => Self::new(0, 1, -2),
             Variable::Time => Self::TIME,
             Variable::Input => Self::INPUT,
         };

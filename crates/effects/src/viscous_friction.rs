@@ -1,7 +1,9 @@
 //! Viscous friction: `-coefficient v`.
 
-use crate::law::{Acts, Effect, ForceLaw, Law, Local, Parameter, Range, Scales, Variable};
-use crate::{Dimension, Prior};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Variable, one_shape,
+};
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "viscous_friction",
@@ -11,17 +13,20 @@ pub(crate) static EFFECT: Effect = Effect {
     depends_on: &[Variable::Velocity],
     acts: Acts::Coordinates,
     law: Law::Force(&ViscousFriction),
+    priors,
+    shapes: one_shape,
+    nature: Nature::PLAIN,
 };
 
 #[derive(Debug)]
 struct ViscousFriction;
 
 impl ForceLaw for ViscousFriction {
-    fn priors(&self, scales: &Scales) -> Vec<Prior> {
-        vec![Prior::magnitude(scales.force / scales.v)]
+    fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [-at.v()]
     }
+}
 
-    fn basis(&self, _shape: &[f64], at: &Local, _memory: &[f64], basis: &mut [f64]) {
-        basis[0] = -at.v;
-    }
+fn priors(scales: &Scales) -> Vec<Prior> {
+    vec![Prior::magnitude(scales.force / scales.v)]
 }

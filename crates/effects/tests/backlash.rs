@@ -1,14 +1,13 @@
 //! Backlash against the play operator, which is exact for any path of the coordinate.
 
-use lacuna_effects::{ForceLaw, Law, Local, find};
+mod support;
+
+use support::{Force, Local};
 
 const GAP: f64 = 0.3;
 
-fn backlash() -> &'static dyn ForceLaw {
-    match find("backlash").expect("in the catalogue").law {
-        Law::Force(law) => law,
-        _ => panic!("backlash is a force"),
-    }
+fn backlash() -> Force {
+    Force::named("backlash")
 }
 
 /// `z` along a motion `t -> (q, v)`, by RK4 steps of `h` from rest, at the end of each step.

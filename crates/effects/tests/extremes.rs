@@ -1,6 +1,9 @@
 //! Parameters and signals at the edge of what makes sense: nothing may stop being a number.
 
-use lacuna_effects::{CATALOGUE, InputLaw, Kind, Law, Local, Range, find};
+mod support;
+
+use lacuna_effects::{CATALOGUE, Kind, Law, Range};
+use support::{Force, Local, series_law};
 
 /// Values of a parameter from tiny to huge, within its range.
 fn extremes(range: Range, kind: Kind) -> Vec<f64> {
@@ -31,12 +34,13 @@ fn forces_and_memories_stay_finite() {
     let values = [0.0, 1e-300, -1e-12, 1.0, -1e6, 1e6];
     for effect in CATALOGUE {
         let Law::Force(law) = effect.law else { continue };
+        let law = Force(law);
         for physical in parameters(effect) {
             let internal = law.internal(&physical);
             let (amplitudes, shape) = internal.split_at(law.amplitudes());
             for q in values {
                 for v in values {
-                    let at = Local { t: q, q, v, other_q: v, other_v: q };
+                    let at = Local { t: q, q, v, other_q: v, other_v: q, acceleration: q };
                     let mut memory = vec![0.0; law.memory()];
                     law.memory_at_rest(&at, &mut memory);
                     let mut basis = vec![f64::NAN; law.amplitudes()];
@@ -55,13 +59,6 @@ fn forces_and_memories_stay_finite() {
     }
 }
 
-fn input(class: &str) -> &'static dyn InputLaw {
-    match find(class).expect("in the catalogue").law {
-        Law::Input(law) => law,
-        _ => panic!("{class} acts on no input"),
-    }
-}
-
 /// Sample times that are early and late, close together and far apart.
 const TIMES: [f64; 6] = [-3.0, -2.999_999, 0.0, 0.5, 0.500_001, 1e4];
 const SERIES: [f64; 6] = [2.0, -1.0, 0.0, 1e6, -1e6, 3.0];
@@ -72,8 +69,9 @@ fn actuators_and_sensors_stay_finite_on_uneven_samples() {
         for physical in parameters(effect) {
             let found = match effect.law {
                 Law::Force(_) => continue,
-                Law::Input(law) => law.transform(&physical, &TIMES, &SERIES),
-                Law::Sensor(law) => law.observe(&physical, &TIMES, &SERIES),
+                Law::Input(law) | Law::Sensor(law) => {
+                    law.plain().applied(&physical, &TIMES, &SERIES)
+                }
             };
             assert_eq!(found.len(), SERIES.len());
             let finite = found.iter().all(|v| v.is_finite());
@@ -88,8 +86,7 @@ fn an_empty_series_stays_empty() {
         for physical in parameters(effect) {
             let found = match effect.law {
                 Law::Force(_) => continue,
-                Law::Input(law) => law.transform(&physical, &[], &[]),
-                Law::Sensor(law) => law.observe(&physical, &[], &[]),
+                Law::Input(law) | Law::Sensor(law) => law.plain().applied(&physical, &[], &[]),
             };
             assert!(found.is_empty(), "{}", effect.class);
         }
@@ -100,11 +97,12 @@ fn an_empty_series_stays_empty() {
 #[test]
 fn delays_and_lags_longer_than_any_recording_show_the_first_command() {
     for delay in [3e4, 1e9, 1e18, 1e300] {
-        let found = input("input_delay").transform(&[delay], &TIMES, &SERIES);
+        let found = series_law("input_delay").plain().applied(&[delay], &TIMES, &SERIES);
         assert_eq!(found, [SERIES[0]; 6], "delay of {delay}");
     }
     for time_constant in [1e18, 1e300] {
-        let found = input("actuator_lag").transform(&[time_constant, 1.0], &TIMES, &SERIES);
+        let found =
+            series_law("actuator_lag").plain().applied(&[time_constant, 1.0], &TIMES, &SERIES);
         let far = found.iter().map(|u| (u - SERIES[0]).abs()).fold(0.0, f64::max);
         assert!(far < 1e-6, "lag of {time_constant}: {found:?}");
     }

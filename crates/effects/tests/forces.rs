@@ -1,6 +1,9 @@
 //! Force laws against their formulas, written out here by hand.
 
-use lacuna_effects::{Acts, CATALOGUE, ForceLaw, Law, Local, Range, Variable, find};
+mod support;
+
+use lacuna_effects::{Acts, At, CATALOGUE, Law, Range, Variable, find};
+use support::{CHANNELS, Force, Local};
 
 /// Points of all signs, at rest, slow and fast.
 const POINTS: [Local; 7] = [
@@ -14,15 +17,11 @@ const POINTS: [Local; 7] = [
 ];
 
 const fn point(t: f64, q: f64, v: f64, other_q: f64, other_v: f64) -> Local {
-    Local { t, q, v, other_q, other_v }
+    Local { t, q, v, other_q, other_v, acceleration: q - 0.3 * v + 0.1 }
 }
 
-fn law(class: &str) -> &'static dyn ForceLaw {
-    let effect = find(class).unwrap_or_else(|| panic!("{class} is in no catalogue"));
-    match effect.law {
-        Law::Force(law) => law,
-        _ => panic!("{class} is no force"),
-    }
+fn law(class: &str) -> Force {
+    Force::named(class)
 }
 
 /// Force under physical parameters, as a simulation computes it.
@@ -50,6 +49,7 @@ fn friction_laws_obey_their_formulas() {
     obeys("viscous_friction", &[0.8], |p| -0.8 * p.v);
     obeys("coulomb_friction", &[2.35, 0.02], |p| -2.35 * (p.v / 0.02).tanh());
     obeys("quadratic_drag", &[0.6], |p| -0.6 * p.v * p.v.abs());
+    obeys("position_damping", &[0.6], |p| -0.6 * p.q * p.q * p.v);
     obeys("asymmetric_friction", &[1.5, 0.4, 0.05], |p| {
         if p.v > 0.0 { -1.5 * (p.v / 0.05).tanh() } else { -0.4 * (p.v / 0.05).tanh() }
     });
@@ -74,6 +74,7 @@ fn friction_far_above_the_smoothing_velocity_has_its_full_magnitude() {
 fn laws_of_position_and_time_obey_their_formulas() {
     obeys("constant_force", &[-3.2], |_| -3.2);
     obeys("linear_stiffness", &[7.0], |p| -7.0 * p.q);
+    obeys("quadratic_stiffness", &[-4.0], |p| 4.0 * p.q * p.q);
     obeys("cubic_stiffness", &[4.0], |p| -4.0 * p.q * p.q * p.q);
     obeys("gravity_torque", &[9.0], |p| -9.0 * p.q.sin());
     obeys("cogging", &[0.7, 6.0, 0.9], |p| 0.7 * (6.0 * p.q + 0.9).sin());
@@ -90,6 +91,24 @@ fn an_end_stop_pushes_back_from_its_side_alone() {
     // Without a side the stop stands on the side of its position.
     obeys("end_stop", &[50.0, -0.5, 0.0], |p| if p.q < -0.5 { 50.0 * (-0.5 - p.q) } else { 0.0 });
     obeys("end_stop", &[50.0, 0.5, 0.0], |p| if p.q > 0.5 { -50.0 * (p.q - 0.5) } else { 0.0 });
+}
+
+/// Along a given motion; in a simulation it is part of the mass matrix.
+#[test]
+fn an_added_inertia_resists_acceleration() {
+    obeys("added_inertia", &[1.7], |p| -1.7 * p.acceleration);
+    for effect in CATALOGUE {
+        let Law::Force(law) = effect.law else { continue };
+        let internal = law.internal(&some_physical(effect.class));
+        let (amplitudes, shape) = internal.split_at(law.amplitudes());
+        let at = POINTS[1];
+        let state = at.state();
+        let memory = vec![0.35; law.memory()];
+        let at = At { memory: &memory, ..At::new(at.t, &state, &CHANNELS) };
+        let inertia = law.plain().inertia(amplitudes, shape, &at);
+        let declared = effect.depends_on.contains(&Variable::Acceleration);
+        assert_eq!(inertia != 0.0, declared, "{}", effect.class);
+    }
 }
 
 #[test]
@@ -123,9 +142,9 @@ fn some_physical(class: &str) -> Vec<f64> {
     effect.values().map(|p| p.name).enumerate().map(value).collect()
 }
 
-fn force_laws() -> impl Iterator<Item = (&'static str, &'static dyn ForceLaw)> {
+fn force_laws() -> impl Iterator<Item = (&'static str, Force)> {
     CATALOGUE.iter().filter_map(|e| match e.law {
-        Law::Force(law) => Some((e.class, law)),
+        Law::Force(law) => Some((e.class, Force(law))),
         _ => None,
     })
 }
@@ -179,6 +198,7 @@ fn friction_and_loss_laws_dissipate() {
         "stribeck_friction",
         "asymmetric_friction",
         "quadratic_drag",
+        "position_damping",
         "linear_loss",
         "quadratic_loss",
     ];
@@ -207,6 +227,7 @@ fn friction_and_loss_laws_dissipate() {
 fn laws_depend_on_what_they_declare_and_on_nothing_else() {
     for effect in CATALOGUE {
         let Law::Force(law) = effect.law else { continue };
+        let law = Force(law);
         let internal = law.internal(&some_physical(effect.class));
         let shape = &internal[law.amplitudes()..];
         let memory = vec![0.35; law.memory()];
@@ -220,6 +241,7 @@ fn laws_depend_on_what_they_declare_and_on_nothing_else() {
         for variable in [
             Variable::Coordinate,
             Variable::Velocity,
+            Variable::Acceleration,
             Variable::OtherCoordinate,
             Variable::OtherVelocity,
             Variable::Time,
@@ -230,6 +252,7 @@ fn laws_depend_on_what_they_declare_and_on_nothing_else() {
                     match variable {
                         Variable::Coordinate => moved.q += by,
                         Variable::Velocity => moved.v += by,
+                        Variable::Acceleration => moved.acceleration += by,
                         Variable::OtherCoordinate => moved.other_q += by,
                         Variable::OtherVelocity => moved.other_v += by,
                         Variable::Time | Variable::Input => moved.t += by,

@@ -1,19 +1,12 @@
 //! What actuators and sensors make of a signal, against closed forms.
 
-use lacuna_effects::{InputLaw, Law, SensorLaw, find};
+mod support;
 
-fn input(class: &str) -> &'static dyn InputLaw {
-    match find(class).expect("in the catalogue").law {
-        Law::Input(law) => law,
-        _ => panic!("{class} acts on no input"),
-    }
-}
+use lacuna_effects::{SeriesLawIn, find};
+use support::series_law;
 
-fn sensor(class: &str) -> &'static dyn SensorLaw {
-    match find(class).expect("in the catalogue").law {
-        Law::Sensor(law) => law,
-        _ => panic!("{class} is no sensor"),
-    }
+fn law(class: &str) -> &'static dyn SeriesLawIn<f64> {
+    series_law(class).plain()
 }
 
 const COMMAND: [f64; 7] = [1.0, 4.0, -2.0, 3.0, 3.0, -5.0, 0.5];
@@ -31,7 +24,7 @@ fn close(found: &[f64], expected: &[f64]) {
 
 #[test]
 fn a_delay_of_whole_samples_shifts_the_command() {
-    let delayed = |delay| input("input_delay").transform(&[delay], &even(), &COMMAND);
+    let delayed = |delay| law("input_delay").applied(&[delay], &even(), &COMMAND);
     close(&delayed(0.0), &COMMAND);
     // Before the recording the first command is taken to have been there.
     close(&delayed(0.1), &[1.0, 1.0, 4.0, -2.0, 3.0, 3.0, -5.0]);
@@ -41,12 +34,12 @@ fn a_delay_of_whole_samples_shifts_the_command() {
 
 #[test]
 fn a_delay_of_a_fraction_of_a_sample_is_the_mean_over_the_step() {
-    let found = input("input_delay").transform(&[0.03], &even(), &COMMAND);
+    let found = law("input_delay").applied(&[0.03], &even(), &COMMAND);
     // 30 % of each step still sees the command before.
     let mut expected = vec![1.0];
     expected.extend(COMMAND.windows(2).map(|c| 0.3 * c[0] + 0.7 * c[1]));
     close(&found, &expected);
-    let found = input("input_delay").transform(&[0.125], &even(), &COMMAND);
+    let found = law("input_delay").applied(&[0.125], &even(), &COMMAND);
     let at = |k: isize| COMMAND[k.max(0) as usize];
     let expected: Vec<f64> = (0..7).map(|k| 0.25 * at(k - 2) + 0.75 * at(k - 1)).collect();
     close(&found, &expected);
@@ -58,7 +51,7 @@ fn a_delay_on_uneven_samples_is_the_mean_over_each_step() {
     let times = [0.0, 0.05, 0.2, 0.22, 0.5, 0.61, 0.7];
     let held = |t: f64| COMMAND[times.iter().rposition(|&s| s <= t).unwrap_or(0)];
     for delay in [0.013, 0.11, 0.4] {
-        let found = input("input_delay").transform(&[delay], &times, &COMMAND);
+        let found = law("input_delay").applied(&[delay], &times, &COMMAND);
         for (k, step) in times.windows(2).enumerate() {
             const SLICES: usize = 10_000;
             let h = (step[1] - step[0]) / SLICES as f64;
@@ -75,7 +68,7 @@ fn a_lag_answers_a_step_with_an_exponential() {
     let (tau, h) = (0.25, 0.1);
     let times: Vec<f64> = (0..12).map(|k| h * f64::from(k)).collect();
     let command: Vec<f64> = (0..12).map(|k| if k < 2 { 0.0 } else { 3.0 }).collect();
-    let found = input("actuator_lag").transform(&[tau, 1.0], &times, &command);
+    let found = law("actuator_lag").applied(&[tau, 1.0], &times, &command);
     let mean = |k: usize| {
         if k < 2 {
             return 0.0;
@@ -92,7 +85,7 @@ fn a_lag_answers_a_step_with_an_exponential() {
 fn a_lag_follows_the_exact_solution_on_uneven_steps() {
     let times = [0.0, 0.05, 0.2, 0.22, 0.5, 0.61, 0.7];
     let tau = 0.12;
-    let found = input("actuator_lag").transform(&[tau, 1.0], &times, &COMMAND);
+    let found = law("actuator_lag").applied(&[tau, 1.0], &times, &COMMAND);
     let mut state = COMMAND[0];
     for (k, step) in times.windows(2).enumerate() {
         let h = step[1] - step[0];
@@ -103,12 +96,12 @@ fn a_lag_follows_the_exact_solution_on_uneven_steps() {
         state = end;
     }
     // A lag much faster than the samples changes nothing.
-    close(&input("actuator_lag").transform(&[1e-16, 1.0], &times, &COMMAND), &COMMAND);
+    close(&law("actuator_lag").applied(&[1e-16, 1.0], &times, &COMMAND), &COMMAND);
 }
 
 #[test]
 fn gain_dead_zone_and_saturation_obey_their_formulas() {
-    let of = |class: &str, p: f64| input(class).transform(&[p], &even(), &COMMAND);
+    let of = |class: &str, p: f64| law(class).applied(&[p], &even(), &COMMAND);
     close(&of("gain_error", 0.8), &[0.8, 3.2, -1.6, 2.4, 2.4, -4.0, 0.4]);
     close(&of("dead_zone", 1.5), &[0.0, 2.5, -0.5, 1.5, 1.5, -3.5, 0.0]);
     close(&of("saturation", 2.5), &[1.0, 2.5, -2.0, 2.5, 2.5, -2.5, 0.5]);
@@ -117,9 +110,9 @@ fn gain_dead_zone_and_saturation_obey_their_formulas() {
 #[test]
 fn neutral_parameters_leave_the_command_alone() {
     for (class, neutral) in [("gain_error", 1.0), ("dead_zone", 0.0), ("input_delay", 0.0)] {
-        close(&input(class).transform(&[neutral], &even(), &COMMAND), &COMMAND);
+        close(&law(class).applied(&[neutral], &even(), &COMMAND), &COMMAND);
     }
-    close(&input("saturation").transform(&[5.0], &even(), &COMMAND), &COMMAND);
+    close(&law("saturation").applied(&[5.0], &even(), &COMMAND), &COMMAND);
 }
 
 /// Screening refines a shape between the values of its grid: one value alone would be taken
@@ -135,7 +128,8 @@ fn every_input_law_is_screened_over_a_range() {
         ..lacuna_effects::Scales::default()
     };
     for class in ["gain_error", "dead_zone", "saturation", "input_delay", "actuator_lag"] {
-        assert!(input(class).shapes(&scales).len() > 1, "{class}");
+        let effect = find(class).expect("in the catalogue");
+        assert!((effect.shapes)(&scales).len() > 1, "{class}");
     }
 }
 
@@ -143,7 +137,7 @@ fn every_input_law_is_screened_over_a_range() {
 fn a_recording_of_one_sample_is_no_trouble() {
     for class in ["gain_error", "dead_zone", "saturation", "input_delay", "actuator_lag"] {
         let parameters = if class == "actuator_lag" { vec![1.0, 1.0] } else { vec![1.0] };
-        let found = input(class).transform(&parameters, &[0.0], &[0.7]);
+        let found = law(class).applied(&parameters, &[0.0], &[0.7]);
         let expected = if class == "dead_zone" { 0.0 } else { 0.7 };
         close(&found, &[expected]);
     }
@@ -151,7 +145,7 @@ fn a_recording_of_one_sample_is_no_trouble() {
 
 #[test]
 fn sensors_obey_their_formulas() {
-    let of = |class: &str, p: f64| sensor(class).observe(&[p], &even(), &COMMAND);
+    let of = |class: &str, p: f64| law(class).applied(&[p], &even(), &COMMAND);
     close(&of("sensor_scale", 1.1), &[1.1, 4.4, -2.2, 3.3, 3.3, -5.5, 0.55]);
     close(&of("sensor_bias", -0.5), &[0.5, 3.5, -2.5, 2.5, 2.5, -5.5, 0.0]);
 }
@@ -162,8 +156,8 @@ fn a_sensor_delay_shows_the_past() {
     let times: Vec<f64> = vec![0.0, 0.1, 0.25, 0.3, 0.55];
     let line: Vec<f64> = times.iter().map(|t| 2.0 + 3.0 * t).collect();
     let expected: Vec<f64> = times.iter().map(|t| 2.0 + 3.0 * (t - 0.07)).collect();
-    close(&sensor("sensor_delay").observe(&[0.07], &times, &line), &expected);
-    let shifted = sensor("sensor_delay").observe(&[0.2], &even(), &COMMAND);
+    close(&law("sensor_delay").applied(&[0.07], &times, &line), &expected);
+    let shifted = law("sensor_delay").applied(&[0.2], &even(), &COMMAND);
     close(&shifted[2..], &COMMAND[..5]);
-    close(&sensor("sensor_delay").observe(&[0.0], &even(), &COMMAND), &COMMAND);
+    close(&law("sensor_delay").applied(&[0.0], &even(), &COMMAND), &COMMAND);
 }

@@ -1,12 +1,12 @@
 //! Laws with memory, integrated here by a fine Runge-Kutta and compared with closed forms.
 
-use lacuna_effects::{ForceLaw, Law, Local, Scales, find};
+mod support;
 
-fn law(class: &str) -> &'static dyn ForceLaw {
-    match find(class).expect("in the catalogue").law {
-        Law::Force(law) => law,
-        _ => panic!("{class} is no force"),
-    }
+use lacuna_effects::{Law, Scales};
+use support::{Force, Local};
+
+fn law(class: &str) -> Force {
+    Force::named(class)
 }
 
 /// RK4 of `x' = rate(t, x)`.
@@ -38,7 +38,7 @@ fn integrate(
 
 /// Memory of a law after a prescribed motion `t -> (q, v)`.
 fn memory_along(
-    law: &dyn ForceLaw,
+    law: Force,
     shape: &[f64],
     motion: impl Fn(f64) -> (f64, f64),
     end: f64,
@@ -58,7 +58,7 @@ fn memory_along(
     integrate(rate, start, end, 4000, seen)
 }
 
-fn basis(law: &dyn ForceLaw, shape: &[f64], at: &Local, memory: &[f64]) -> f64 {
+fn basis(law: Force, shape: &[f64], at: &Local, memory: &[f64]) -> f64 {
     let mut out = [0.0];
     law.basis(shape, at, memory, &mut out);
     out[0]
@@ -230,8 +230,8 @@ fn screened_shapes_are_in_range_for_any_machine() {
     for size in [1e-6, 1.0, 1e4] {
         for effect in lacuna_effects::CATALOGUE {
             let (shapes, shift) = match effect.law {
-                Law::Force(law) => (law.shapes(&scales(size)), law.amplitudes()),
-                Law::Input(law) => (law.shapes(&scales(size)), 0),
+                Law::Force(law) => ((effect.shapes)(&scales(size)), law.amplitudes()),
+                Law::Input(_) => ((effect.shapes)(&scales(size)), 0),
                 Law::Sensor(_) => continue,
             };
             // What is learned is not screened.

@@ -1,6 +1,9 @@
 //! A learned curve: what it passes through, how smooth it is, and over what.
 
-use lacuna_effects::{Effect, Kind, Law, Local, MOST_AMPLITUDES, Variable, find};
+mod support;
+
+use lacuna_effects::{At, Effect, Kind, Law, Variable, find};
+use support::{CHANNELS, Force, Local};
 
 const FROM: f64 = -1.2;
 const TO: f64 = 1.1;
@@ -11,7 +14,7 @@ fn effect() -> &'static Effect {
 }
 
 fn basis(shape: &[f64], at: &Local) -> Vec<f64> {
-    let Law::Force(law) = effect().law else { panic!("a force") };
+    let law = Force::named("unknown_function");
     let mut basis = vec![f64::NAN; law.amplitudes()];
     law.basis(shape, at, &[], &mut basis);
     basis
@@ -99,7 +102,7 @@ fn the_slope_has_no_jump() {
 
 #[test]
 fn the_curve_is_over_the_variable_that_it_names() {
-    let at = Local { t: 0.3, q: -0.7, v: 0.9, other_q: 5.0, other_v: 5.0 };
+    let at = Local { t: 0.3, q: -0.7, v: 0.9, other_q: 5.0, other_v: 5.0, acceleration: 5.0 };
     for (code, (x, variable)) in
         [(at.q, Variable::Coordinate), (at.v, Variable::Velocity), (at.t, Variable::Time)]
             .into_iter()
@@ -120,7 +123,9 @@ fn the_curve_is_over_the_variable_that_it_names() {
 /// The values in a row: those of the knots, then the range and the variable.
 #[test]
 fn parameters_count_their_values() {
-    assert_eq!(MOST_AMPLITUDES, KNOTS);
+    let Law::Force(law) = effect().law else { panic!("a force") };
+    assert_eq!(law.amplitudes(), KNOTS);
+    assert!(std::ptr::eq(lacuna_effects::curve(), effect()));
     let names: Vec<_> = effect().values().map(|p| p.name).collect();
     assert_eq!(names.len(), KNOTS + 3);
     assert!(names[..KNOTS].iter().all(|n| *n == "force"));
@@ -136,5 +141,18 @@ fn odd_ranges_stay_finite() {
             let weights = basis(&[from, to, 0.0], &Local { q, ..Local::default() });
             assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{from} {to} at {q}");
         }
+    }
+}
+
+/// Its force is summed over the few knots that have a weight.
+#[test]
+fn the_force_is_the_sum_of_values_times_weights() {
+    let Law::Force(law) = effect().law else { panic!("a force") };
+    let (values, shape) = (sampled(|x| (3.0 * x).sin() + x), [FROM, TO, 0.0]);
+    for k in 0..200 {
+        let local = Local { q: -1.5 + 0.015 * f64::from(k), ..Local::default() };
+        let state = local.state();
+        let found = law.plain().force(&values, &shape, &At::new(0.0, &state, &CHANNELS));
+        assert!((found - curve(&values, local.q)).abs() < 1e-14, "at {}", local.q);
     }
 }

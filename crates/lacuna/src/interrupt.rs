@@ -1,10 +1,12 @@
 //! Ctrl-C: no half-written file is left, and the terminal is as it was.
 
 use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Exit code of a process that was interrupted: 128 and the signal's number.
-const INTERRUPTED: i32 = 130;
+const INTERRUPTED: u8 = 130;
 /// Back to the line's beginning, and the line erased: the spinner stands there.
 const ERASE_LINE: &[u8] = b"\r\x1b[2K";
 
@@ -17,16 +19,54 @@ pub fn uninterrupted() -> MutexGuard<'static, ()> {
     WRITING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Exit with 130 on SIGINT, SIGTERM and SIGHUP, after what is being written is written.
+/// Whether a computation looks at [`CANCELLED`] and returns by itself.
+static LISTENS: AtomicBool = AtomicBool::new(false);
+/// Set by the first signal that comes while a computation listens.
+static CANCELLED: AtomicBool = AtomicBool::new(false);
+
+/// A computation that is cancelled by a signal, in place of the process being ended: it returns,
+/// and with it all that stands on its stack. A second signal ends the process.
+pub struct Cancellable(());
+
+impl Cancellable {
+    /// From now on until this is dropped.
+    pub fn begin() -> Self {
+        LISTENS.store(true, Ordering::SeqCst);
+        Self(())
+    }
+
+    /// What a signal sets.
+    pub fn token(&self) -> &'static AtomicBool {
+        &CANCELLED
+    }
+
+    /// No longer; the exit code of what was cancelled meanwhile.
+    pub fn end(self) -> Option<ExitCode> {
+        drop(self);
+        CANCELLED.load(Ordering::SeqCst).then(|| ExitCode::from(INTERRUPTED))
+    }
+}
+
+impl Drop for Cancellable {
+    fn drop(&mut self) {
+        LISTENS.store(false, Ordering::SeqCst);
+    }
+}
+
+/// On SIGINT, SIGTERM and SIGHUP cancel what listens; otherwise exit with 130, after what is being
+/// written is written.
 pub fn exit_when_interrupted() {
     let exit = || {
+        if LISTENS.load(Ordering::SeqCst) && !CANCELLED.swap(true, Ordering::SeqCst) {
+            return;
+        }
         let _writing = uninterrupted();
         let mut terminal = io::stderr();
         if terminal.is_terminal() {
             // The process ends; there is nobody to tell that its terminal has gone.
             let _ = terminal.write_all(ERASE_LINE);
         }
-        std::process::exit(INTERRUPTED);
+        std::process::exit(i32::from(INTERRUPTED));
     };
     // Refused where a signal is ignored already, as under nohup: then it stays ignored.
     let _ = ctrlc::try_set_handler(exit);

@@ -11,6 +11,7 @@
 //! | step | crate |
 //! | --- | --- |
 //! | what moves: models, integrators | [`plants`] |
+//! | numbers with exact derivatives | [`numbers`] |
 //! | the catalogue of effects r can be made of | [`effects`] |
 //! | what drives and disturbs it | [`excitation`] |
 //! | what was seen | [`recordings`] |
@@ -18,14 +19,19 @@
 //! | the same within microseconds, for control loops | [`realtime`] |
 //! | from mismatch to findings | [`discrepancy`] |
 //! | computed torque on true or identified models | [`control`] |
+//! | charts | [`charts`] |
 //! | pictures and words | [`report`] |
 //!
-//! The `lacuna` command is a thin layer on these; see its `--help`.
+//! The `lacuna` command is a thin layer on these; see its `--help`. A model that is no text but
+//! code, such as a closure, is built with [`plants::Model::builder`] and diagnosed with
+//! [`discrepancy::diagnose::diagnose`]: `examples/closure.rs` goes all the way.
 
+pub use lacuna_charts as charts;
 pub use lacuna_control as control;
 pub use lacuna_discrepancy as discrepancy;
 pub use lacuna_effects as effects;
 pub use lacuna_excitation as excitation;
+pub use lacuna_numbers as numbers;
 pub use lacuna_occupation as occupation;
 pub use lacuna_plants as plants;
 pub use lacuna_realtime as realtime;

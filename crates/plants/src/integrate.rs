@@ -48,16 +48,6 @@ pub enum SimulationError {
         /// Length of what was given.
         found: usize,
     },
-    /// An adaptive integrator gave up.
-    #[error("the integrator gave up between {from} s and {to} s: {reason}")]
-    Integrator {
-        /// Beginning of the interval.
-        from: f64,
-        /// End of the interval.
-        to: f64,
-        /// What the integrator says.
-        reason: String,
-    },
 }
 
 /// Integrate from `x0` at `times[0]` with RK4 steps no longer than `max_step` and return the
@@ -152,7 +142,7 @@ impl Input for Segment<'_> {
     }
 }
 
-pub(crate) fn check(x0: &[f64], width: usize, times: &[f64]) -> Result<(), SimulationError> {
+fn check(x0: &[f64], width: usize, times: &[f64]) -> Result<(), SimulationError> {
     if x0.len() != width {
         return Err(SimulationError::WrongState { expected: width, found: x0.len() });
     }
@@ -163,11 +153,7 @@ pub(crate) fn check(x0: &[f64], width: usize, times: &[f64]) -> Result<(), Simul
 }
 
 /// The interval `[from, to]` cut at the breakpoints inside it.
-pub(crate) fn segments(
-    from: f64,
-    to: f64,
-    breakpoints: &[f64],
-) -> impl Iterator<Item = (f64, f64)> + '_ {
+fn segments(from: f64, to: f64, breakpoints: &[f64]) -> impl Iterator<Item = (f64, f64)> + '_ {
     let slack = 1e-9 * (1.0 + to.abs());
     let first = breakpoints.partition_point(|&b| b <= from + slack);
     let last = breakpoints.partition_point(|&b| b < to - slack).max(first);

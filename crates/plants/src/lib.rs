@@ -1,5 +1,6 @@
-//! What moves: the [`Plant`] trait, the paper's two plants, integrators that respect
-//! how the input was held, and models read from a text file.
+//! What moves: the [`Plant`] trait, the paper's two plants, an integrator that respects
+//! how the input was held, and models: what is believed of a machine, simulated by any
+//! [`Dynamics`], those that are expressions in a text file among them.
 //!
 //! A plant of order `s` obeys
 //!
@@ -16,21 +17,19 @@
 //! | drift f | [`Plant::drift`] | n |
 //! | control effectiveness g | [`Plant::control_effectiveness`] | n x m, row-major |
 
-pub mod adaptive;
 pub mod duffing;
+pub mod dynamics;
 pub mod expression;
 pub mod input;
 pub mod integrate;
 pub mod model;
-pub mod number;
 pub mod plant;
 pub mod two_link;
 
-pub use adaptive::{Tolerance, dormand_prince};
 pub use duffing::Duffing;
+pub use dynamics::Dynamics;
 pub use input::{Hold, Input, InputFn, SampledInput, SmoothInput};
 pub use integrate::{SimulationError, Trajectory, rk4, rk4_sampled};
 pub use model::{Model, ModelError, System};
-pub use number::{Dual, LANES, Number};
 pub use plant::Plant;
 pub use two_link::TwoLinkArm;

@@ -2,6 +2,7 @@
 
 use lacuna_effects::{Acts, CATALOGUE, Law};
 use lacuna_plants::integrate::rk4_sampled;
+use lacuna_plants::model::{Augmentation, NewEffect, augmented_text};
 use lacuna_plants::{Model, Plant, System};
 
 /// Two joints, a drive of each kind, and two tanks.
@@ -46,9 +47,12 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("stribeck_friction", "coulomb = 0.2\nstatic = 0.4\nstribeck_velocity = 1e-12", &["q2"]),
     ("asymmetric_friction", "positive = 0.2\nnegative = 0.1", &["q1", "h1"]),
     ("quadratic_drag", "coefficient = 0.5", &["q1"]),
+    ("position_damping", "coefficient = 5", &["q1", "q2"]),
     ("constant_force", "force = 0.3", &["q2", "h1"]),
     ("linear_stiffness", "stiffness = 2.0", &["q1"]),
+    ("quadratic_stiffness", "stiffness = 2.0", &["q1"]),
     ("cubic_stiffness", "stiffness = 2.0", &["q1"]),
+    ("added_inertia", "inertia = 0.2", &["q1", "q2"]),
     ("end_stop", "stiffness = 100\nposition = 0.1", &["q1"]),
     ("end_stop", "stiffness = 100\nposition = 0.05\nside = -1", &["q1"]),
     ("gravity_torque", "magnitude = 2.0", &["q1"]),
@@ -95,6 +99,7 @@ const NEUTRAL: &[(&str, &str, &str)] = &[
     ("end_stop", "q1", "stiffness = 100\nposition = 1e6"),
     ("step_change", "q1", "force = 1\ntime = 1e6"),
     ("backlash", "q1", "stiffness = 2\ngap = 1e6"),
+    ("added_inertia", "q1", "inertia = 0"),
 ];
 
 fn with(class: &str, channel: &str, entries: &str) -> Model {
@@ -189,5 +194,20 @@ fn far_and_still_states_stay_finite() {
             system.derivative(0.0, &state, &[0.0, 0.0], &mut rate);
             assert!(rate.iter().all(|r| r.is_finite()), "{class} at {start:?}: {rate:?}");
         }
+    }
+}
+
+/// What a file says of an effect is what is written of it.
+#[test]
+fn every_effect_is_written_as_it_was_read() {
+    for (class, entries, channels) in EFFECTS {
+        let model = with(class, channels[0], entries);
+        let effects = vec![NewEffect::of(&model, &model.effects[0])];
+        let augmentation = Augmentation { parameters: vec![], effects };
+        let text = augmented_text(MODEL, "model.toml", &augmentation).expect("can be written");
+        let again = &read(&text).effects[0];
+        let (one, other) = (&model.effects[0], again);
+        assert_eq!((one.channel, one.other), (other.channel, other.other), "{class}");
+        assert_eq!(one.parameters, other.parameters, "{class}: {text}");
     }
 }

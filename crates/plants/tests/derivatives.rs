@@ -1,7 +1,8 @@
 //! Derivatives of a simulation against differences of two simulations.
 
-use lacuna_plants::model::{Direction, Equations};
-use lacuna_plants::{Dual, Model, Number, System};
+use lacuna_numbers::{Dual, Number};
+use lacuna_plants::model::Direction;
+use lacuna_plants::{Model, System};
 
 const ARM: &str = r#"
 name = "arm"
@@ -52,7 +53,7 @@ fn run(model: &Model, parameters: &[f64], effects: usize, moved: f64, start: &[f
     if effects > 0 {
         list[0].parameters[effects - 1] += moved;
     }
-    let system = System::with(model, &Equations::of(model), parameters, &list);
+    let system = System::with(model, parameters, &list);
     let (mut x, mut w) = (start.to_vec(), system.workspace());
     for k in 0..SAMPLES {
         let t = STEP * k as f64;
@@ -74,8 +75,7 @@ fn a_simulation_carries_its_derivatives() {
         (Direction::Effect(0, 2), 4),
         (Direction::Force(1), 7),
     ];
-    let system =
-        System::along(&model, &Equations::of(&model), &p, &model.effects, &directions, STEP);
+    let system = System::along(&model, &p, &model.effects, &directions, STEP);
     let mut x: Vec<Dual> = start.iter().map(|&v| Dual::constant(v)).collect();
     x[1] = Dual::direction(start[1], 5);
     x[4] = Dual::direction(start[4], 6);

@@ -2,7 +2,7 @@
 
 use lacuna_effects::Variable;
 use lacuna_plants::integrate::rk4_sampled;
-use lacuna_plants::model::{Augmentation, NewEffect, augmented_text};
+use lacuna_plants::model::{Augmentation, NewEffect};
 use lacuna_plants::{Model, Plant, System};
 
 const MODEL: &str = r#"
@@ -106,7 +106,7 @@ fn curves_are_written_and_read_again() {
             let effect = &model.effects[0];
             let effects = vec![NewEffect::of(&model, effect)];
             let augmentation = Augmentation { parameters: vec![], effects };
-            let written = augmented_text(MODEL, "model.toml", &augmentation).expect("written");
+            let written = read(MODEL).augmented_text(&augmentation).expect("written");
             assert!(written.contains(&format!("over = \"{over}\"")), "{written}");
             let again = &read(&written).effects[0];
             assert_eq!(again.parameters, effect.parameters, "{written}");

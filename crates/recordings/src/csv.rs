@@ -9,6 +9,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::error::{RecordingError, nearest};
+use crate::kinds::{Kind, kind};
+use crate::reader::Reader;
 use crate::recording::{Column, Recording};
 use crate::source::{RecordingSource, Selection};
 
@@ -18,18 +20,35 @@ const LONGEST_QUOTE: usize = 40;
 /// Name of the time column where the writer is told none.
 const DEFAULT_TIME_COLUMN: &str = "t";
 
-/// Reads the rows of `source`; `time_column` names the column of times, in seconds.
-///
-/// Rows outside the selection are not looked at, so a selection can pick one run out of a
-/// file in which several were joined.
-///
-/// # Errors
-/// A [`RecordingError`] that says where and what to do: file unreadable or of another
-/// kind, no header, ragged row, cell that is not a number, time missing or not increasing.
-pub fn read_csv(source: &RecordingSource, time_column: &str) -> Result<Recording, RecordingError> {
-    let bytes = fs::read(&source.path)
-        .map_err(|error| RecordingError::Unreadable { path: source.path.clone(), source: error })?;
-    read_bytes(&bytes, source, time_column)
+/// Reads CSV. Errors: no header, ragged row, cell that is not a number, time missing or not
+/// increasing, each with its line.
+pub struct Csv;
+
+impl Reader for Csv {
+    fn format(&self) -> &'static str {
+        "CSV"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["csv", "tsv", "txt", "dat", ""]
+    }
+
+    /// A table of text begins like any other text: only its name tells.
+    fn recognises(&self, _head: &[u8]) -> bool {
+        false
+    }
+
+    fn read(
+        &self,
+        source: &RecordingSource,
+        time_column: &str,
+    ) -> Result<Recording, RecordingError> {
+        let bytes = fs::read(&source.path).map_err(|error| RecordingError::Unreadable {
+            path: source.path.clone(),
+            source: error,
+        })?;
+        read_bytes(&bytes, source, time_column)
+    }
 }
 
 /// The whole of a file's bytes as a recording.
@@ -58,32 +77,11 @@ fn into_recording(
     Recording { name, time, columns }
 }
 
-/// First bytes that give a file of another kind away, what it is, and what to do.
-const OTHER_KINDS: &[(&[u8], &str, &str)] = &[
-    (b"PK\x03\x04", "a spreadsheet or zip archive", "export the sheet as CSV, or unpack it"),
-    (b"PAR1", "a Parquet file", "convert it to CSV"),
-    (b"\x1f\x8b", "gzip-compressed data", "decompress it first"),
-    (b"\x89HDF", "an HDF5 or MATLAB 7.3 file", "export its signals as CSV"),
-    (b"MATLAB 5.0", "a MATLAB file", "export its signals with writetable"),
-    (b"\x89MCAP", "an MCAP log", "export its topics as CSV"),
-    (b"#ROSBAG", "a ROS bag", "export its topics as CSV"),
-    (b"SQLite format 3", "an SQLite database or ROS 2 bag", "export its topics as CSV"),
-    (b"ULog", "a PX4 log", "convert it with ulog2csv"),
-    (b"MDF ", "a measurement data file (MDF)", "export its channels as CSV"),
-    (b"\xff\xfe", "UTF-16 text", "save it as UTF-8"),
-    (b"\xfe\xff", "UTF-16 text", "save it as UTF-8"),
-    (b"<", "an HTML or XML page", "download the data itself, not the page that shows it"),
-    (b"{", "JSON", "write it as a table: a header line, then one row per time"),
-    (b"[", "JSON or TOML", "write it as a table: a header line, then one row per time"),
-    (b"%PDF", "a PDF document", "ask for the data as CSV"),
-];
-
 /// The bytes as text, without a byte-order mark, if they can be a table at all.
 fn text_of<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, RecordingError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let start = bytes.trim_ascii_start();
     let not_csv = |found, advice| RecordingError::NotCsv { file: file.into(), found, advice };
-    if let Some((_, found, advice)) = OTHER_KINDS.iter().find(|kind| start.starts_with(kind.0)) {
+    if let Some(Kind { found, advice, .. }) = kind(bytes) {
         return Err(not_csv(found, advice));
     }
     if bytes.contains(&0) {

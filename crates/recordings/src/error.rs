@@ -19,6 +19,23 @@ pub enum RecordingError {
         /// What the operating system said.
         source: io::Error,
     },
+    /// No reader knows the file, neither by its name nor by its first bytes.
+    #[error(
+        "{file}: no reader for {} files{}; formats that are read: {}",
+        named(extension),
+        looks_like(found),
+        list(known)
+    )]
+    UnknownFormat {
+        /// The file.
+        file: String,
+        /// Extension of its name.
+        extension: String,
+        /// What its first bytes say it is, and what to do with it.
+        found: Option<(&'static str, &'static str)>,
+        /// Formats and their extensions.
+        known: Vec<String>,
+    },
     /// The file is of another kind than CSV.
     #[error("{file} is not a CSV file: it looks like {found}; {advice}")]
     NotCsv {
@@ -248,6 +265,14 @@ pub(crate) fn nearest<'a>(
 
 pub(crate) fn did_you_mean(suggestion: &Option<String>) -> String {
     suggestion.as_ref().map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"))
+}
+
+fn named(extension: &str) -> String {
+    if extension.is_empty() { "unnamed".into() } else { format!(".{extension}") }
+}
+
+fn looks_like(found: &Option<(&str, &str)>) -> String {
+    found.map_or_else(String::new, |(what, advice)| format!("; it looks like {what}; {advice}"))
 }
 
 fn list(names: &[String]) -> String {

@@ -16,7 +16,8 @@
 //! | trajectory gamma, gamma', gamma'' | [`Smoother`], with standard deviations | ... per s, s^2 |
 //!
 //! Files are named by a [`RecordingSource`] (`run.csv#rows=100..40575`), read by
-//! [`read_csv`] and written by [`write_csv`]; [`Unit`] and [`convert`] turn what a column
+//! [`read`] with the one of the [`READERS`] whose file it is, and written by [`write_csv`];
+//! [`Unit`] and [`convert`] turn what a column
 //! holds into the unit that a model expects.
 //!
 //! ```
@@ -34,7 +35,9 @@
 mod csv;
 mod error;
 mod hold;
+mod kinds;
 mod noise;
+mod reader;
 mod recording;
 mod sampling;
 mod signal;
@@ -42,10 +45,11 @@ mod smoother;
 mod source;
 mod units;
 
-pub use crate::csv::{read_csv, write_csv, write_csv_with_time};
+pub use crate::csv::{Csv, write_csv, write_csv_with_time};
 pub use error::RecordingError;
 pub use hold::{InputHold, resample_input};
 pub use noise::{NoiseEstimate, estimate_noise, estimate_noise_pooled};
+pub use reader::{READERS, Reader, read};
 pub use recording::{Column, Recording};
 pub use sampling::{Gap, Sampling};
 pub use signal::SignalError;

@@ -3,7 +3,7 @@
 use std::fs;
 
 use lacuna_recordings::{
-    Column, Recording, RecordingError, RecordingSource, read_csv, write_csv, write_csv_with_time,
+    Column, Recording, RecordingError, RecordingSource, write_csv, write_csv_with_time,
 };
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -14,7 +14,7 @@ fn read(bytes: impl AsRef<[u8]>, selection: &str) -> Result<Recording, Recording
     let path = folder.path().join("run.csv");
     fs::write(&path, bytes).unwrap();
     let source: RecordingSource = format!("{}{selection}", path.display()).parse().unwrap();
-    read_csv(&source, "t")
+    lacuna_recordings::read(&source, "t")
 }
 
 /// The error message, without the folder.
@@ -136,7 +136,8 @@ fn errors_say_where_and_what() {
     }
     let latin = read(b"t,x\n0,1\n1,\xb5\n", "").unwrap_err();
     assert!(matches!(latin, RecordingError::NotUtf8 { line: 3, .. }));
-    let absent = read_csv(&RecordingSource::file("/nowhere/run.csv"), "t").unwrap_err();
+    let absent =
+        lacuna_recordings::read(&RecordingSource::file("/nowhere/run.csv"), "t").unwrap_err();
     assert!(matches!(absent, RecordingError::Unreadable { .. }));
     assert!(absent.to_string().starts_with("cannot read /nowhere/run.csv: "));
 }
@@ -231,7 +232,7 @@ proptest! {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("run.csv");
         write_csv_with_time(&path, &recording, "t_s").unwrap();
-        let back = read_csv(&RecordingSource::file(&path), "t_s").unwrap();
+        let back = lacuna_recordings::read(&RecordingSource::file(&path), "t_s").unwrap();
         prop_assert_eq!(bits(&back), bits(&recording));
         prop_assert_eq!(&back.name, &recording.name);
     }

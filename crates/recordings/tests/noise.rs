@@ -2,7 +2,7 @@
 
 mod shared;
 
-use lacuna_recordings::{Recording, RecordingSource, estimate_noise_pooled, read_csv};
+use lacuna_recordings::{Recording, RecordingSource, estimate_noise_pooled};
 
 /// Relative errors of the estimated noise of every measured coordinate of every case.
 ///
@@ -18,7 +18,7 @@ fn noise_of_the_blind_cases() {
         let folder = blind.join("cases").join(case.file_name().unwrap()).join("recordings");
         let runs: Vec<Recording> = shared::sorted_entries(&folder)
             .into_iter()
-            .map(|file| read_csv(&RecordingSource::file(file), "t").unwrap())
+            .map(|file| lacuna_recordings::read(&RecordingSource::file(file), "t").unwrap())
             .collect();
         for (channel, sd) in truth["noise_sd"].as_array().unwrap().iter().enumerate() {
             let sd = sd.as_f64().unwrap();

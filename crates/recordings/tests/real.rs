@@ -5,12 +5,12 @@ mod shared;
 use std::path::Path;
 
 use lacuna_recordings::{
-    Recording, RecordingSource, Sampling, Smoother, estimate_noise, estimate_noise_pooled, read_csv,
+    Recording, RecordingSource, Sampling, Smoother, estimate_noise, estimate_noise_pooled,
 };
 
 fn read(folder: &Path, name: &str) -> Recording {
     let source: RecordingSource = folder.join(name).display().to_string().parse().unwrap();
-    read_csv(&source, "t_s").unwrap()
+    lacuna_recordings::read(&source, "t_s").unwrap()
 }
 
 #[test]

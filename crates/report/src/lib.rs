@@ -19,7 +19,6 @@
 //! [`Curve`]: lacuna_discrepancy::diagnosis::Curve
 
 mod autocorrelation;
-pub mod figures;
 pub mod number;
 mod page;
 mod pictures;

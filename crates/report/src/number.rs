@@ -5,8 +5,6 @@ const MOST_DECIMALS: i32 = 5;
 const LARGE: f64 = 1e6;
 /// Values below which leading zeros are harder to read than a power of ten.
 const SMALL: f64 = 0.01;
-/// A model that diverges is told by the largest number ([`f64::MAX`]) in the results.
-const DIVERGED: f64 = 1e300;
 
 /// A value with its standard deviation, both rounded to the deviation's two significant
 /// digits: `20.41 ± 0.12 N`. Without a positive standard deviation, as [`plain`].
@@ -89,10 +87,10 @@ pub fn ratio(value: f64) -> String {
     decimal(value, 1 - exponent(value, 1))
 }
 
-/// Whether an error stands for a simulation that diverged.
+/// Whether an error is that of a simulation that diverged: infinite.
 #[must_use]
 pub fn diverged(value: f64) -> bool {
-    value.abs() >= DIVERGED
+    value.is_infinite()
 }
 
 /// Power of ten of the leading digit after rounding to `digits` more digits: 0.0996 rounds
@@ -158,7 +156,7 @@ mod tests {
             (-0.5, "-0.500 m"),
             (0.0, "0 m"),
             (0.9996, "1.00 m"),
-            (f64::MAX, "diverges"),
+            (f64::INFINITY, "diverges"),
             (f64::INFINITY, "diverges"),
         ];
         for (value, expected) in table {
@@ -171,8 +169,8 @@ mod tests {
         let table = [
             (0.0873, 0.0041, "0.0873 -> 0.00410 m"),
             (0.004_31, 2.34e-5, "4.31e-3 -> 2.34e-5 m"),
-            (f64::MAX, 0.02, "diverges -> 0.0200 m"),
-            (0.02, f64::MAX, "0.0200 -> diverges"),
+            (f64::INFINITY, 0.02, "diverges -> 0.0200 m"),
+            (0.02, f64::INFINITY, "0.0200 -> diverges"),
             (2e-5, 0.0, "2.00e-5 -> 0"),
         ];
         for (before, after, expected) in table {

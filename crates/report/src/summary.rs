@@ -41,7 +41,7 @@ pub fn summary(diagnosis: &Diagnosis, colour: bool) -> String {
     out.text
 }
 
-/// A finding with its numbers, its rivals and the shape of a learned curve.
+/// A finding with its numbers, its rivals and the part of the range it acts in.
 fn details(f: &Finding) -> String {
     let numbers: Vec<String> =
         f.parameters.iter().map(|(name, e)| words::parameter(name, e)).collect();
@@ -50,9 +50,7 @@ fn details(f: &Finding) -> String {
     parts.extend(
         rivals.map(|a| format!("or {} on {} {}", a.class, a.channel, percent(a.probability))),
     );
-    if let Some((_, shape)) = f.says.split_once("Its shape: ") {
-        parts.push(format!("shape: {}", shape.trim_end_matches('.')));
-    }
+    parts.extend(words::part(f));
     parts.retain(|p| !p.is_empty());
     format!("{}: {}", words::name(f), parts.join("; "))
 }

@@ -2,7 +2,7 @@
 
 use crate::number::{change, diverged, percent, plain, ratio, with_std};
 use lacuna_discrepancy::diagnosis::{
-    Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, Verdict,
+    Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, ProofOutcome, Verdict,
 };
 
 /// Rivals below this probability are left out of the summary.
@@ -11,6 +11,8 @@ pub(crate) const LIKELY: f64 = 0.02;
 const MOVED: f64 = 2.0;
 /// Relative change of a parameter that rounds to 0.1 %.
 const VISIBLE: f64 = 5e-4;
+/// Share of the range seen below which an effect acts in a part of it.
+const LOCAL: f64 = 0.5;
 /// An error that falls by less than this share has not fallen.
 const FALLS: f64 = 0.05;
 
@@ -28,6 +30,9 @@ pub fn headline(d: &Diagnosis) -> String {
         Verdict::MissingPhysics => format!("Missing from {}: {}", d.model, list(&named(d, false))),
         Verdict::SensorFault if d.findings.is_empty() => "A sensor is wrong".to_owned(),
         Verdict::SensorFault => format!("A sensor is wrong: {}", list(&named(d, false))),
+        Verdict::Unexplained if d.proof == ProofOutcome::Worse => {
+            format!("{} is wrong, and what fits best failed the proof", d.model)
+        }
         Verdict::Unexplained => format!("{} is wrong in a way not in the catalogue", d.model),
     }
 }
@@ -56,6 +61,10 @@ pub fn verdict(d: &Diagnosis) -> String {
         Verdict::SensorFault => (
             format!("A sensor is wrong, not the physics: {}", list(&named(d, true))),
             "; with it in the model ",
+        ),
+        Verdict::Unexplained if d.proof == ProofOutcome::Worse => (
+            format!("{model} is wrong, but what fits the training recordings failed the proof"),
+            "; as it was given, ",
         ),
         Verdict::Unexplained => {
             (format!("{model} is wrong in a way that the catalogue does not explain"), ": ")
@@ -87,7 +96,7 @@ fn outcome(channel: &str, fit: &ChannelFit) -> String {
     let (before, after) = (plain(fit.rmse_before, &fit.unit), plain(fit.rmse_after, &fit.unit));
     let of = format!("the error of {channel} on held-out recordings");
     let noise = times_noise(fit).map_or(String::new(), |n| format!(", {n}"));
-    if !fit.rmse_after.is_finite() || diverged(fit.rmse_after) {
+    if !fit.rmse_after.is_finite() {
         return format!("the simulation of {channel} on held-out recordings diverges");
     }
     if diverged(fit.rmse_before) {
@@ -149,6 +158,18 @@ pub(crate) fn shift(c: &Calibration) -> String {
 pub fn name(finding: &Finding) -> String {
     let other = finding.other.as_ref().map_or_else(String::new, |o| format!(" and {o}"));
     format!("{} on {}{other}", class_words(&finding.class), finding.channel)
+}
+
+/// The part of the range in which an effect acts, where that is less than half of what the
+/// recordings show: `acts where q is between 0.12 and 0.55 rad`.
+#[must_use]
+pub fn part(f: &Finding) -> Option<String> {
+    let curve = f.curve.as_ref()?;
+    let [low, high] = *f.region.get(&curve.variable)?;
+    let all = curve.at.last()? - curve.at.first()?;
+    let (from, to) = (plain(low, ""), plain(high, &curve.variable_unit));
+    (high - low < LOCAL * all)
+        .then(|| format!("acts where {} is between {from} and {to}", curve.variable))
 }
 
 /// The experiment that would tell an effect from its first rival.

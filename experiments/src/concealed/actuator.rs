@@ -165,7 +165,7 @@ mod tests {
             let lacuna_effects::Law::Input(law) = effect.law else { panic!("{class}") };
             let parameters =
                 if class == "actuator_lag" { vec![parameter, 1.0] } else { vec![parameter] };
-            let expected = law.transform(&parameters, &times, &commands);
+            let expected = law.plain().applied(&parameters, &times, &commands);
             for (k, (found, expected)) in
                 means(actuator, &commands).iter().zip(expected).enumerate()
             {

@@ -4,7 +4,7 @@
 //! F1 = 2 |R and T| / (|R| + |T|)      R: samples that the finding claims, T: samples that are true
 //! ```
 
-use lacuna_recordings::{Recording, RecordingSource, read_csv};
+use lacuna_recordings::{Recording, RecordingSource};
 use std::path::PathBuf;
 
 use super::ConcealedError;
@@ -26,7 +26,8 @@ pub fn localised(
     if truth.effects.iter().all(|e| e.area.is_none()) {
         return Ok(Vec::new());
     }
-    let read = |path: &PathBuf| read_csv(&RecordingSource::file(path.clone()), time_column);
+    let read =
+        |path: &PathBuf| lacuna_recordings::read(&RecordingSource::file(path.clone()), time_column);
     let recordings: Vec<Recording> = states.iter().map(read).collect::<Result<_, _>>()?;
     let mut out = Vec::new();
     for effect in &truth.effects {

@@ -1,7 +1,6 @@
 //! Magnitudes of a plant's motion, by which effects are made neither invisible nor absurd.
 
 use lacuna_plants::Model;
-use lacuna_plants::model::Equations;
 
 use super::truth::Motion;
 
@@ -81,15 +80,15 @@ impl Scales {
 
 /// Mass matrices and generalised forces of the model along a motion.
 fn own_physics(model: &Model, motion: &Motion) -> Vec<Vec<f64>> {
-    let equations = Equations::of(model);
-    let bound = equations.bind(&model.values());
+    let dynamics = model.dynamics();
+    let bound = dynamics.bind(&model.values());
     let m = model.inputs.len();
     let at = |k: usize| {
         let mut variables = motion.state(k).to_vec();
         variables.extend_from_slice(&motion.commands[k * m..(k + 1) * m]);
         variables.push(motion.times[k]);
-        let mut out = vec![0.0; equations.outputs()];
-        equations.evaluate(&bound, &variables, &mut out);
+        let mut out = vec![0.0; dynamics.sizes().rates()];
+        bound.evaluate_once(&variables, &mut out);
         out
     };
     (0..motion.times.len()).map(at).collect()

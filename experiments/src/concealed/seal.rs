@@ -58,6 +58,7 @@ fn variable(model: &Model, e: &ModelEffect, v: Variable) -> String {
     match v {
         Variable::Coordinate => model.state_name(model.coordinate_index(e.channel)).to_owned(),
         Variable::Velocity => model.state_name(model.velocity_index(e.channel)).to_owned(),
+        Variable::Acceleration => format!("acceleration of {}", model.channel_name(e.channel)),
         Variable::OtherCoordinate => model.state_name(model.coordinate_index(other)).to_owned(),
         Variable::OtherVelocity => model.state_name(model.velocity_index(other)).to_owned(),
         // Laws on inputs name their input themselves.

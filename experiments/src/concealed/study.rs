@@ -85,7 +85,7 @@ pub fn run(settings: &Settings, common: &Common) -> Result<(), StudyError> {
     };
     let directory = common.out.join(NAME);
     let file = output::write_json(&directory, "statistics", &results)?;
-    let svg = figures::concealed::confusion(&results.confusion)?;
+    let svg = figures::concealed::confusion(&results.confusion);
     output::write_figure(&directory, "confusion", &svg)?;
     let svg = figures::concealed::reliability(&results.reliability)?;
     output::write_figure(&directory, "reliability", &svg)?;

@@ -1,7 +1,6 @@
 //! The true machine: a model with effects of the catalogue and forces beyond it.
 
-use lacuna_plants::expression::Bound;
-use lacuna_plants::model::Equations;
+use lacuna_plants::dynamics::{Bound, Sizes};
 use lacuna_plants::{Model, Plant, System, rk4};
 use nalgebra::{DMatrix, DVector};
 
@@ -39,8 +38,8 @@ impl Truth {
 /// The true machine as a plant: the model's state, its effects' memory, then the laws' memory.
 struct Machine {
     system: System,
-    equations: Equations,
     bound: Bound,
+    sizes: Sizes,
     laws: Vec<(Law, usize)>,
     coordinates: usize,
     memory: usize,
@@ -48,11 +47,11 @@ struct Machine {
 
 impl Machine {
     fn new(truth: &Truth) -> Self {
-        let equations = Equations::of(&truth.model);
+        let dynamics = truth.model.dynamics();
         Self {
             system: System::new(&truth.model),
-            bound: equations.bind(&truth.model.values()),
-            equations,
+            bound: dynamics.bind(&truth.model.values()),
+            sizes: dynamics.sizes(),
             memory: truth.laws.iter().map(|(law, _)| law.memory()).sum(),
             laws: truth.laws.clone(),
             coordinates: truth.model.coordinates.len(),
@@ -70,8 +69,8 @@ impl Machine {
         let mut variables = state[..self.system.machine_states()].to_vec();
         variables.extend_from_slice(u);
         variables.push(t);
-        let mut out = vec![0.0; self.equations.outputs()];
-        self.equations.evaluate(&self.bound, &variables, &mut out);
+        let mut out = vec![0.0; self.sizes.rates()];
+        self.bound.evaluate_once(&variables, &mut out);
         out
     }
 

@@ -1,6 +1,6 @@
 //! A model, and the same moved a little: what predictions are linearised by.
 
-use lacuna_plants::model::{Equations, ModelEffect};
+use lacuna_plants::model::ModelEffect;
 use lacuna_plants::{Model, System};
 
 use super::sensor::Sensor;
@@ -32,7 +32,6 @@ pub struct Variant {
 
 /// The model itself, then each uncertain parameter and each rival moved a little.
 pub fn variants(believed: &Model, shown: &[Shown], rivals: &[Rival]) -> Vec<Variant> {
-    let equations = Equations::of(believed);
     let values = believed.values();
     let inputs = |effects: &[ModelEffect]| -> Vec<Vec<f64>> {
         let mut model = believed.clone();
@@ -40,7 +39,7 @@ pub fn variants(believed: &Model, shown: &[Shown], rivals: &[Rival]) -> Vec<Vari
         shown.iter().map(|(m, _)| model.effective_inputs(&m.times, &m.commands)).collect()
     };
     let variant = |values: &[f64], effects: &[ModelEffect], sensor, nudge| Variant {
-        system: System::with(believed, &equations, values, effects),
+        system: System::with(believed, values, effects),
         inputs: inputs(effects),
         sensor,
         nudge,

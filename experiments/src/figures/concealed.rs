@@ -1,18 +1,14 @@
 //! Figures of the proof on concealed physics.
 
+use lacuna_charts::{Axis, Colour, Figure, Line, Matrix, Size, Style, Surface, matrix_svg};
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::chart::{Axis, Matrix, Panel, Series, line_figure, matrix_figure};
+use super::drawn;
 use crate::StudyError;
 use crate::concealed::summary::{Bin, NOTHING};
 
 /// True classes against found ones.
-///
-/// # Errors
-/// [`StudyError::Figure`] when it cannot be drawn.
-pub fn confusion(
-    confusion: &BTreeMap<String, BTreeMap<String, usize>>,
-) -> Result<String, StudyError> {
+pub fn confusion(confusion: &BTreeMap<String, BTreeMap<String, usize>>) -> String {
     let found = confusion.values().flat_map(BTreeMap::keys);
     let rows = last_nothing(confusion.keys());
     let columns = last_nothing(confusion.keys().chain(found));
@@ -20,13 +16,16 @@ pub fn confusion(
         confusion.get(row).and_then(|r| r.get(column)).copied().unwrap_or(0)
     };
     let counts = rows.iter().map(|r| columns.iter().map(|c| count(r, c)).collect()).collect();
-    matrix_figure(&Matrix {
-        title: "Concealed physics: what is there and what is found",
-        axes: ["concealed", "found (an accepted name counts as the concealed one)"],
+    let axes = ["concealed", "found (an accepted name counts as the concealed one)"];
+    let matrix = Matrix {
+        description: "How often each class is found in the place of each concealed one.".into(),
+        title: "Concealed physics: what is there and what is found".into(),
+        axes: axes.map(str::to_owned),
         rows,
         columns,
         counts,
-    })
+    };
+    matrix_svg(&matrix, Surface::Own)
 }
 
 /// Classes in alphabetical order, nothing after them.
@@ -46,21 +45,27 @@ fn last_nothing<'a>(classes: impl Iterator<Item = &'a String>) -> Vec<String> {
 /// [`StudyError::Figure`] when it cannot be drawn.
 pub fn reliability(bins: &[Bin]) -> Result<String, StudyError> {
     let points = bins.iter().filter_map(|b| Some((b.claimed?, b.right.share?)));
-    let mut series = vec![
-        Series::dashed("as claimed", 0, vec![(0.0, 0.0), (1.0, 1.0)]),
-        Series::dots("findings by claimed probability", 1, points.collect()),
+    let ideal = vec![(0.0, 0.0), (1.0, 1.0)];
+    let mut lines = vec![
+        Line::new("as claimed", Colour::Ink, Style::Dashed, ideal),
+        Line::new("findings by claimed probability", Colour::Blue, Style::Joined, points.collect()),
     ];
     for bin in bins {
         if let (Some(claimed), Some([low, high])) = (bin.claimed, bin.right.interval) {
-            series.push(Series::line("", 1, vec![(claimed, low), (claimed, high)]));
+            let interval = vec![(claimed, low), (claimed, high)];
+            lines.push(Line::new("", Colour::Blue, Style::Thin, interval));
         }
     }
-    line_figure(&[Panel {
-        title: "Concealed physics: reliability",
-        x: Axis::linear("claimed probability (mean of a bin)"),
-        y: Axis::linear("share of right findings, 95 % interval"),
-        series,
-    }])
+    drawn(&Figure {
+        description: "Share of right findings against the probability that they claim.".into(),
+        title: "Concealed physics: reliability".into(),
+        size: Size::Wide,
+        lines,
+        ..Figure::new(
+            Axis::linear("claimed probability (mean of a bin)", ""),
+            Axis::linear("share of right findings, 95 % interval", ""),
+        )
+    })
 }
 
 #[cfg(test)]
@@ -77,7 +82,7 @@ mod tests {
             (NOTHING.to_owned(), row(&[("cogging", 2)])),
             ("viscous_friction".to_owned(), row(&[("viscous_friction", 3), (NOTHING, 1)])),
         ]);
-        let svg = confusion(&matrix).unwrap();
+        let svg = confusion(&matrix);
         assert!(svg.contains("viscous_friction") && svg.contains(NOTHING));
         let bin = |from: f64, count| Bin {
             from,

@@ -1,16 +1,24 @@
 //! Figures of the Duffing study.
 
+use lacuna_charts::{Axis, Band, Colour, Figure, Line, Size, Style, box_plot};
 use lacuna_plants::Duffing;
 use std::collections::BTreeMap;
 
-use super::chart::{Axis, Panel, Samples, Series, box_figure, line_figure};
+use super::{File, drawn, legend, side_by_side};
 use crate::StudyError;
 use crate::duffing_data::{Errors, TrialErrors, evaluation_points};
 use crate::lambda_ablation::Ablation;
-use crate::published::LambdaCurves;
+use crate::published::{LambdaCurves, OneTrial};
+use crate::recipes::Recipe;
+use crate::statistics::quantile;
 
 /// Evaluate functions at the evaluation points: `(x, f^)` and `(x, g^)`.
 pub type Curves = [Vec<(f64, f64)>; 2];
+
+/// Unit of f and of g.
+const UNIT: &str = "1/s\u{b2}";
+/// The two functions in words, and their letters.
+const FUNCTIONS: [(&str, &str); 2] = [("drift", "f"), ("control effectiveness", "g")];
 
 /// Evaluate `[f^, g^]` at the evaluation points.
 ///
@@ -26,7 +34,7 @@ pub fn curve(values: impl Fn(f64) -> Result<[f64; 2], StudyError>) -> Result<Cur
     Ok(curves)
 }
 
-/// Mean errors against lambda, the paper's figure 1; published ones dashed behind ours.
+/// Mean errors against lambda; published ones dashed behind ours.
 ///
 /// # Errors
 /// [`StudyError::Figure`] when it cannot be drawn.
@@ -37,72 +45,174 @@ pub fn ablation(
     let usable = || found.iter().filter(|a| a.failed_trials == 0);
     let f = usable().map(|a| (a.lambda, a.mean_f.mean)).collect();
     let g = usable().map(|a| (a.lambda, a.mean_g.mean)).collect();
+    let dashed = |label, colour, points: &Vec<(f64, f64)>| {
+        Line::new(label, colour, Style::Dashed, points.clone())
+    };
     let behind = published.map(|curves| {
         [
-            Series::dashed("drift f, published", 0, curves.f.clone()),
-            Series::dashed("control effectiveness g, published", 1, curves.g.clone()),
+            dashed("drift f, published", Colour::Blue, &curves.f),
+            dashed("control effectiveness g, published", Colour::Vermilion, &curves.g),
         ]
     });
-    let ours = [Series::dots("drift f", 0, f), Series::dots("control effectiveness g", 1, g)];
-    let series = behind.into_iter().flatten().chain(ours).collect();
-    line_figure(&[Panel {
-        title: "Duffing: choice of the regularisation",
-        x: Axis::log("regularisation \u{3bb}"),
-        y: Axis::log("mean absolute error (1/s\u{b2})"),
-        series,
-    }])
+    let ours = [
+        Line::new("drift f", Colour::Blue, Style::Joined, f),
+        Line::new("control effectiveness g", Colour::Vermilion, Style::Joined, g),
+    ];
+    drawn(&Figure {
+        description: "Mean absolute errors of f and g against the regularisation.".into(),
+        title: "Duffing: choice of the regularisation".into(),
+        size: Size::Wide,
+        lines: behind.into_iter().flatten().chain(ours).collect(),
+        ..Figure::new(
+            Axis::log("regularisation \u{3bb}", ""),
+            Axis::log("mean absolute error over [-3, 3]", UNIT),
+        )
+    })
 }
 
-/// True and identified functions of one trial.
+/// Figures 1 to 4 of the paper: drift and control effectiveness with their estimates, and the
+/// errors of both, against position, of one trial.
 ///
 /// # Errors
-/// [`StudyError::Figure`] when it cannot be drawn.
-pub fn functions(recipes: &BTreeMap<&str, Curves>) -> Result<String, StudyError> {
+/// [`StudyError::Figure`] when one cannot be drawn.
+pub fn trial(
+    curves: &BTreeMap<&str, Curves>,
+    errors: &BTreeMap<&str, Errors>,
+) -> Result<[File; 4], StudyError> {
     let plant = Duffing::default();
     let truth = curve(|x| Ok([plant.f(x), plant.g(x)]))?;
-    let panel = |k: usize, title, label| {
-        let mut series = vec![Series::line("true", 0, truth[k].clone())];
-        for (colour, (name, curves)) in recipes.iter().enumerate() {
-            let label = format!("identified ({name})");
-            series.push(Series::dashed(&label, colour + 1, curves[k].clone()));
+    Ok([
+        ("figure_01_duffing_f", estimate(0, &truth, curves)?),
+        ("figure_02_duffing_g", estimate(1, &truth, curves)?),
+        ("figure_03_duffing_f_error", error(0, errors, |e| &e.f)?),
+        ("figure_04_duffing_g_error", error(1, errors, |e| &e.g)?),
+    ])
+}
+
+/// A function and its estimates by the paper's recipe and by ours.
+fn estimate(
+    k: usize,
+    truth: &Curves,
+    recipes: &BTreeMap<&str, Curves>,
+) -> Result<String, StudyError> {
+    let (name, letter) = FUNCTIONS[k];
+    let mut lines = vec![Line::new("true", Colour::Ink, Style::Broad, truth[k].clone())];
+    for (recipe, style) in [(Recipe::Paper, Style::Dashed), (Recipe::Lacuna, Style::Solid)] {
+        if let Some(curves) = recipes.get(recipe.name()) {
+            let label = format!("estimate, {}", legend::words(recipe.name()));
+            let colour = legend::colour(recipe.name());
+            lines.push(Line::new(&label, colour, style, curves[k].clone()));
         }
-        Panel { title, x: Axis::linear("position x"), y: Axis::linear(label), series }
+    }
+    drawn(&Figure {
+        description: format!("The {name} {letter} and its estimates against position."),
+        title: format!("Duffing: {name} {letter} and its estimates, one trial"),
+        size: Size::Wide,
+        lines,
+        ..Figure::new(Axis::linear("position x", ""), Axis::linear(&format!("{letter}(x)"), UNIT))
+    })
+}
+
+/// The error of a function by every recipe.
+fn error(
+    k: usize,
+    recipes: &BTreeMap<&str, Errors>,
+    pick: fn(&Errors) -> &[f64],
+) -> Result<String, StudyError> {
+    let (name, letter) = FUNCTIONS[k];
+    let one = |(recipe, errors): (&&str, &Errors)| {
+        let values = pick(errors);
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let published = match *recipe == Recipe::Paper.name() {
+            true => {
+                format!(" (published: {:.3}, {:.3})", OneTrial::ALL[k].max, OneTrial::ALL[k].mean)
+            }
+            false => String::new(),
+        };
+        let label = format!(
+            "{}: max {:.4}, mean {mean:.4}{published}",
+            legend::words(recipe),
+            quantile(values, 1.0)
+        );
+        let style = if *recipe == Recipe::Sindyc.name() { Style::Dashed } else { Style::Solid };
+        let points = evaluation_points().into_iter().zip(values.iter().copied()).collect();
+        Line::new(&label, legend::colour(recipe), style, points)
     };
-    line_figure(&[
-        panel(0, "Duffing: drift", "f(x) (1/s\u{b2})"),
-        panel(1, "Duffing: control effectiveness", "g(x) (1/s\u{b2})"),
+    drawn(&Figure {
+        description: format!("Absolute error of the {name} {letter} against position."),
+        title: format!("Duffing: error of the {name} {letter}, one trial"),
+        size: Size::Wide,
+        lines: recipes.iter().map(one).collect(),
+        ..Figure::new(
+            Axis::linear("position x", ""),
+            Axis::log(&format!("|error of {letter}|"), UNIT),
+        )
+    })
+}
+
+/// Figures 5 and 6 of the paper, the mean errors trial by trial, and box plots of the greatest
+/// errors.
+///
+/// # Errors
+/// [`StudyError::Figure`] when one cannot be drawn.
+pub fn montecarlo(recipes: &BTreeMap<String, Vec<TrialErrors>>) -> Result<[File; 3], StudyError> {
+    Ok([
+        ("figure_05_duffing_f_mean_error", means(0, recipes, |e| e.mean_f)?),
+        ("figure_06_duffing_g_mean_error", means(1, recipes, |e| e.mean_g)?),
+        ("duffing_montecarlo_boxes", boxes(recipes)?),
     ])
 }
 
-/// Errors against position of one trial, the paper's figure 3.
-///
-/// # Errors
-/// [`StudyError::Figure`] when it cannot be drawn.
-pub fn errors(recipes: &BTreeMap<&str, Errors>) -> Result<String, StudyError> {
-    let at = |values: &[f64]| evaluation_points().into_iter().zip(values.iter().copied()).collect();
-    let panel = |title, label, pick: fn(&Errors) -> &[f64]| {
-        let curves = recipes.iter().enumerate();
-        let series = curves.map(|(k, (name, e))| Series::line(name, k + 1, at(pick(e)))).collect();
-        Panel { title, x: Axis::linear("position x"), y: Axis::linear(label), series }
+/// Mean error of each trial by every recipe.
+fn means(
+    k: usize,
+    recipes: &BTreeMap<String, Vec<TrialErrors>>,
+    pick: fn(&TrialErrors) -> f64,
+) -> Result<String, StudyError> {
+    let (name, letter) = FUNCTIONS[k];
+    let one = |(recipe, errors): (&String, &Vec<TrialErrors>)| {
+        let values: Vec<f64> = errors.iter().map(pick).collect();
+        let published = match *recipe == Recipe::Paper.name() {
+            true => format!(" (published, one trial: {:.3})", OneTrial::ALL[k].mean),
+            false => String::new(),
+        };
+        let label =
+            format!("{}: median {:.4}{published}", legend::words(recipe), quantile(&values, 0.5));
+        let points = (1..).map(f64::from).zip(values).collect();
+        Line::new(&label, legend::colour(recipe), Style::Dots, points)
     };
-    line_figure(&[
-        panel("Duffing: error of the drift", "|f error| (1/s\u{b2})", |e| &e.f),
-        panel("Duffing: error of the control effectiveness", "|g error| (1/s\u{b2})", |e| &e.g),
-    ])
+    drawn(&Figure {
+        description: format!("Mean absolute error of the {name} {letter} of each trial."),
+        title: format!("Duffing: mean error of the {name} {letter}, trial by trial"),
+        size: Size::Wide,
+        lines: recipes.iter().map(one).collect(),
+        ..Figure::new(
+            Axis::linear("trial", ""),
+            Axis::log(&format!("mean |error of {letter}| over [-3, 3]"), UNIT),
+        )
+    })
 }
 
-/// Greatest errors over trials, the paper's figure 4.
-///
-/// # Errors
-/// [`StudyError::Figure`] when it cannot be drawn.
-pub fn boxes(recipes: &BTreeMap<String, Vec<TrialErrors>>) -> Result<String, StudyError> {
-    let panel = |pick: fn(&TrialErrors) -> f64| {
-        let samples = recipes.iter();
-        let samples =
-            samples.map(|(name, e)| Samples { label: name, values: e.iter().map(pick).collect() });
-        samples.collect::<Vec<_>>()
+/// Greatest errors over trials.
+fn boxes(recipes: &BTreeMap<String, Vec<TrialErrors>>) -> Result<String, StudyError> {
+    let names: Vec<&str> = recipes.keys().map(|name| legend::words(name)).collect();
+    let panel = |k: usize, pick: fn(&TrialErrors) -> f64| {
+        let (name, letter) = FUNCTIONS[k];
+        let parts = recipes.iter().enumerate().map(|(at, (recipe, errors))| {
+            let values: Vec<f64> = errors.iter().map(pick).collect();
+            box_plot(at, legend::colour(recipe), &values)
+        });
+        let (bands, lines): (Vec<Option<Band>>, Vec<Vec<Line>>) = parts.unzip();
+        Figure {
+            title: format!("Duffing: {name} {letter}, all trials"),
+            bands: bands.into_iter().flatten().collect(),
+            lines: lines.into_iter().flatten().collect(),
+            ..Figure::new(
+                Axis::names(&names),
+                Axis::log(&format!("greatest |error of {letter}| over [-3, 3]"), UNIT),
+            )
+        }
     };
-    let titles = ["Duffing: drift, all trials", "Duffing: control effectiveness, all trials"];
-    let panels = [panel(|e| e.max_f), panel(|e| e.max_g)];
-    box_figure(&titles, "greatest absolute error (1/s\u{b2})", &panels)
+    let panels = vec![panel(0, |e| e.max_f), panel(1, |e| e.max_g)];
+    side_by_side("Box plots of the greatest errors of f and g over the trials.", panels)
 }

@@ -8,7 +8,7 @@ use crate::screen::Over;
 use crate::search::{Named, Rival};
 use crate::trajectories::SmoothedRecording;
 use crate::words;
-use lacuna_effects::{Kind, Law, Local, Variable};
+use lacuna_effects::{At, Channel, Kind, Law, Variable};
 use lacuna_plants::model::ModelEffect;
 use std::collections::BTreeMap;
 
@@ -39,7 +39,6 @@ impl Ladder<'_> {
             .effect
             .values()
             .zip(&new.parameters)
-            .filter(|(p, _)| p.name != "side")
             .filter(|(p, _)| matches!(p.kind, Kind::Number))
             .map(|(p, (value, std, unit))| {
                 // What the data do not determine is uncertain by all of its value; the ends of a
@@ -55,12 +54,12 @@ impl Ladder<'_> {
             let over_velocity = over == Variable::Velocity;
             says = format!("{says} Its shape: {}.", words::shape::shape(curve, over_velocity));
         }
-        let step = parameters.get("time").filter(|_| e.effect.class == "step_change");
+        let onset = e.effect.nature.onset.and_then(|name| parameters.get(name));
         Finding {
             class: e.effect.class.to_owned(),
             depends_on: self.variables(e),
             region: self.region(e, curve.as_ref(), motion),
-            time: step.map(|t| t.value),
+            time: onset.map(|t| t.value),
             probability,
             alternatives,
             evidence: named.gain,
@@ -119,6 +118,7 @@ impl Ladder<'_> {
         let name = |v: &Variable| match v {
             Variable::Time => model.time_column.clone(),
             Variable::Input => model.inputs[e.channel].name.clone(),
+            Variable::Acceleration => format!("acceleration of {}", model.channel_name(e.channel)),
             _ => state(v).unwrap_or_default(),
         };
         let mut names: Vec<String> = e.effect.variables(&e.parameters).iter().map(name).collect();
@@ -138,7 +138,7 @@ impl Ladder<'_> {
             Variable::Velocity => Some(model.velocity_index(e.channel)),
             Variable::OtherCoordinate => Some(model.coordinate_index(other)),
             Variable::OtherVelocity => Some(model.velocity_index(other)),
-            Variable::Time | Variable::Input => None,
+            Variable::Acceleration | Variable::Time | Variable::Input => None,
         }
     }
 
@@ -158,30 +158,24 @@ impl Ladder<'_> {
         }
         let internal = law.internal(&e.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
-        let mut samples: Vec<(f64, Local)> = Vec::new();
+        let places = self.problem.model.places(e.channel, e.other);
+        let mut samples: Vec<(f64, &[f64])> = Vec::new();
         for s in motion {
-            let basis = s.basis(law, shape, e.channel, e.other);
+            let basis = s.basis(law, shape, &places);
             for k in 0..s.len() {
                 let force: f64 = amplitudes.iter().zip(&basis).map(|(a, b)| a * b[k]).sum();
-                samples.push((force.abs(), s.local(e.channel, e.other, k)));
+                samples.push((force.abs(), s.state(k)));
             }
         }
         let largest = samples.iter().map(|s| s.0).fold(0.0, f64::max);
-        let edged = ["end_stop", "overflow"].contains(&e.effect.class);
-        let least = if edged { f64::MIN_POSITIVE } else { 0.05 * largest };
+        let least = if e.effect.nature.edge { f64::MIN_POSITIVE } else { 0.05 * largest };
         let acts = samples.iter().filter(|s| s.0 >= least);
         let mut region = BTreeMap::new();
         for &variable in e.effect.variables(&e.parameters) {
             let Some(state) = self.state_of(e, variable) else { continue };
-            let value = |at: &Local| match variable {
-                Variable::Velocity => at.v,
-                Variable::OtherCoordinate => at.other_q,
-                Variable::OtherVelocity => at.other_v,
-                _ => at.q,
-            };
             let range = acts
                 .clone()
-                .map(|s| value(&s.1))
+                .map(|s| s.1[state])
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
             region.insert(self.problem.model.state_name(state).to_owned(), range);
         }
@@ -190,19 +184,11 @@ impl Ladder<'_> {
 
     /// The motion of the chosen model.
     fn motion(&self) -> Vec<SmoothedRecording> {
-        let paths = self.found.chosen.paths(self.problem);
-        let smoothed = self.problem.smoothed.iter().zip(&paths);
-        smoothed
-            .map(
-                |(s, path)| {
-                    if path.len() < s.len() {
-                        s.clone()
-                    } else {
-                        s.along(path, path.len() / s.len())
-                    }
-                },
-            )
-            .collect()
+        // Where the chosen model diverges, the motion is what the recordings say.
+        let (problem, chosen) = (self.problem, &self.found.chosen);
+        let Ok(paths) = chosen.paths() else { return problem.smoothed.clone() };
+        let along = |(r, path): (usize, &Vec<f64>)| problem.motion(&chosen.hypothesis, r, path);
+        paths.iter().enumerate().map(along).collect()
     }
 
     /// The force that the recordings show beside the other effects, all else as it was fitted, and
@@ -223,15 +209,18 @@ impl Ladder<'_> {
         let mut others = chosen.effects.clone();
         others.remove(chosen.own + k);
         // A curve that could trade with the parameters would show its doubt, not the force's.
-        let belief =
-            Belief { parameters: chosen.parameters.clone(), uncertain: vec![], effects: &others };
+        let belief = Belief {
+            parameters: chosen.parameters.clone(),
+            uncertain: vec![],
+            effects: &others,
+            prior_odds: self.decision.prior_odds,
+        };
         let shown = MissingForce::over(self.problem, &belief, e.channel, over)?;
         let internal = law.internal(&e.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
         let mut basis = vec![0.0; law.amplitudes()];
         let force = |x: f64| {
-            let at = Local { t: x, q: x, v: x, ..Local::default() };
-            law.basis(shape, &at, &[], &mut basis);
+            law.plain().along(shape, &At::new(x, &[x, x], &Channel::ALONE), &mut basis);
             amplitudes.iter().zip(&basis).map(|(a, b)| a * b).sum::<f64>()
         };
         let law: Vec<f64> = shown.at.iter().copied().map(force).collect();

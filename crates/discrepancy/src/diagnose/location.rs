@@ -4,7 +4,6 @@ use super::outcome::Ladder;
 use crate::diagnosis::{ChannelMismatch, Curve, Finding, Location};
 use crate::missing_force::{Belief, Channel, Learned, MissingForce};
 use crate::screen::Over;
-use crate::search::gain::THRESHOLD;
 use std::collections::BTreeMap;
 
 /// A curve acts where it is larger than this many of its standard deviations ...
@@ -16,7 +15,7 @@ impl Ladder<'_> {
     /// What the model misses on each channel as it is, its parameters within their tolerances.
     pub(super) fn location(&self, findings: &[Finding]) -> Location {
         let model = self.problem.model;
-        let missing = MissingForce::of(self.problem, &Belief::of(model));
+        let missing = MissingForce::of(self.problem, &Belief::of(model, self.decision.prior_odds));
         let channels = (0..model.channels()).map(|c| {
             let name = model.channel_name(c).to_owned();
             let explained_by =
@@ -45,8 +44,8 @@ impl Ladder<'_> {
         let Some(missing) = missing else { return mismatch };
         mismatch.significance = missing.significance;
         // What the parameters can do as well is not said to be missing.
-        let Some(best) = missing.curves.first().filter(|_| missing.significance >= THRESHOLD)
-        else {
+        let significant = missing.significance >= self.decision.prior_odds;
+        let Some(best) = missing.curves.first().filter(|_| significant) else {
             return mismatch;
         };
         mismatch.missing_force = missing.rms;

@@ -10,11 +10,13 @@ mod split;
 
 use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
+use crate::decision::Decision;
 use crate::diagnosis::Diagnosis;
 use crate::likelihood::Problem;
 use crate::prediction::Prediction;
 use crate::search::Search;
 use crate::trajectories::unmeasured;
+use crate::watch::Watch;
 use lacuna_plants::Model;
 use lacuna_plants::model::Augmentation;
 use outcome::Ladder;
@@ -43,22 +45,26 @@ pub struct Proof {
 /// What a diagnosis may do beside naming.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
+    /// The numbers that decide.
+    pub decision: Decision,
     /// Keep what is left after the named effects as learned curves in the augmented model.
     pub learn_remainder: bool,
 }
 
 /// Diagnose a model on training recordings, with the proof on held-out ones.
 ///
-/// `progress` is told what is being done.
+/// Parameters are fitted and effects are chosen on the training recordings alone; the held-out ones
+/// are opened once, when everything is decided, and can only refuse what was decided.
 ///
 /// # Errors
-/// [`DiagnoseError`] naming the recording or channel that cannot be used.
+/// [`DiagnoseError`] naming the recording or channel that cannot be used, and
+/// [`DiagnoseError::Cancelled`].
 pub fn diagnose(
     model: &Model,
     training: &Dataset,
     held_out: &Dataset,
     options: Options,
-    progress: &(dyn Fn(&str) + Sync),
+    watch: &Watch,
 ) -> Result<Outcome, DiagnoseError> {
     let coordinates = 0..model.coordinates.len();
     if let Some(state) = unmeasured(model, training).into_iter().find(|i| coordinates.contains(i)) {
@@ -67,12 +73,16 @@ pub fn diagnose(
     if let Some(output) = training.constant_output() {
         return Err(DiagnoseError::Constant { channel: output.name.clone() });
     }
-    progress("smoothing the recordings");
-    let problem = Problem::new(model, training)?;
-    let proof = Problem::new(model, held_out)?;
-    let found = Search::new(&problem, &proof, progress).run(options.learn_remainder)?;
-    progress("proving on held-out recordings");
-    Ok(Ladder::new(&problem, &proof, found).outcome())
+    watch.tell("smoothing the recordings");
+    let problem = Problem::new(model, training)?.cancelled_by(watch.cancelled());
+    let decision = options.decision;
+    let found = Search::new(&problem, decision, watch).run(options.learn_remainder)?;
+    watch.tell("proving on held-out recordings");
+    let outcome = Ladder::new(&problem, held_out, decision, found).outcome();
+    if watch.is_cancelled() {
+        return Err(DiagnoseError::Cancelled);
+    }
+    Ok(outcome)
 }
 
 /// Seconds that the longest recording spans.

@@ -1,14 +1,15 @@
 //! From the search to the diagnosis: verdict, calibration, the ladder.
 
 use super::Outcome;
+use super::proof::{Proved, Proving, Says};
 use crate::dataset::{Dataset, Observed};
-use crate::diagnosis::{Calibration, DataUsed, Diagnosis, SCHEMA, Verdict};
-use crate::likelihood::Problem;
-use crate::search::gain::{RELEVANT, THRESHOLD, gain};
-use crate::search::validate::refuted;
-use crate::search::{EXPLAINED, Found};
+use crate::decision::Decision;
+use crate::diagnosis::{Calibration, DataUsed, Diagnosis, Finding, ProofOutcome, SCHEMA, Verdict};
+use crate::likelihood::{End, Problem};
+use crate::search::Found;
 use crate::trajectories::unmeasured;
 use lacuna_effects::Acts;
+use lacuna_plants::dynamics::Mass;
 use lacuna_plants::model::{Augmentation, ModelEffect, NewEffect};
 use std::collections::BTreeMap;
 
@@ -19,55 +20,130 @@ const ROUNDING: f64 = 0.05;
 /// All that the diagnosis is made of.
 pub(super) struct Ladder<'a> {
     pub problem: &'a Problem<'a>,
-    pub held_out: &'a Problem<'a>,
-    pub found: Found,
+    pub held_out: &'a Dataset,
+    pub decision: Decision,
+    pub found: Found<'a>,
     /// The new effects, with standard deviations.
     pub effects: Vec<ModelEffect>,
     /// Standard deviations of the model's parameters.
     pub parameter_std: Vec<f64>,
 }
 
+/// What is to be handed back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Handed {
+    /// The model as it was given.
+    Given,
+    /// The chosen one: calibrated, with its effects.
+    Chosen,
+}
+
 impl<'a> Ladder<'a> {
-    pub(super) fn new(problem: &'a Problem<'a>, held_out: &'a Problem<'a>, found: Found) -> Self {
+    pub(super) fn new(
+        problem: &'a Problem<'a>,
+        held_out: &'a Dataset,
+        decision: Decision,
+        found: Found<'a>,
+    ) -> Self {
         let chosen = &found.chosen;
         // What is correlated over c samples is worth one in c of them.
-        let doubt = chosen.inflation() * chosen.colour(problem);
-        let effects = chosen.effects(doubt).split_off(chosen.hypothesis.own);
-        let parameter_std = chosen.parameter_std(doubt);
-        Self { problem, held_out, found, effects, parameter_std }
+        let temperature = chosen.temperature();
+        let effects = chosen.effects(temperature).split_off(chosen.hypothesis.own);
+        let parameter_std = chosen.parameter_std(temperature);
+        Self { problem, held_out, decision, found, effects, parameter_std }
     }
 
+    /// Decide, then open the recordings that are held out, then tell both.
     pub(super) fn outcome(&self) -> Outcome {
-        let verdict = self.verdict();
-        let keep_model = verdict == Verdict::NoMismatch;
-        let (fit, proofs) = self.proof(keep_model);
+        let selected = self.verdict();
         let findings = self.findings();
-        let location = self.location(&findings);
-        let mut notes = Vec::new();
+        let mut notes = self.notes(selected);
+        let (handed, proved) = self.proved(selected);
+        let refused = proved.outcome == ProofOutcome::Worse;
+        if refused {
+            notes.push(refusal(selected, &findings));
+        }
+        let verdict = if refused { self.verdict_without(selected) } else { selected };
+        let keep = refused || handed == Handed::Given;
+        let proved = if refused { self.proved_as_given(proved) } else { proved };
+        // The location tells what is missing; nothing explains it where the findings are refused.
+        let findings = if refused { vec![] } else { findings };
+        let diagnosis = Diagnosis {
+            schema: SCHEMA,
+            model: self.problem.model.name.clone(),
+            verdict,
+            location: self.location(&findings),
+            findings,
+            calibration: if keep { BTreeMap::new() } else { self.calibration() },
+            proof: proved.outcome,
+            fit: proved.fit,
+            ladder: self.rungs(),
+            data: self.data(),
+            notes,
+        };
+        let augmentation = if keep { Augmentation::default() } else { self.augmentation() };
+        Outcome { diagnosis, augmentation, proofs: proved.proofs }
+    }
+
+    fn proving(&self) -> Proving<'_> {
+        let Problem { model, dataset, .. } = self.problem;
+        Proving { model, training: dataset, held_out: self.held_out, decision: self.decision }
+    }
+
+    /// What is to be handed back after this verdict, and what the held-out recordings say of it.
+    fn proved(&self, verdict: Verdict) -> (Handed, Proved) {
+        let given = match verdict {
+            Verdict::NoMismatch => true,
+            // Parameters that take up what they do not describe may still predict better.
+            Verdict::Unexplained => self.found.calibration_refuted,
+            Verdict::Miscalibrated | Verdict::MissingPhysics | Verdict::SensorFault => false,
+        };
+        if given {
+            return (Handed::Given, self.proving().prove(self.given().as_says()));
+        }
+        let h = &self.found.chosen.hypothesis;
+        (Handed::Chosen, self.proving().prove((&h.parameters, &h.effects)))
+    }
+
+    /// The proof of the model as it was given, in place of one that failed; its outcome is kept.
+    fn proved_as_given(&self, failed: Proved) -> Proved {
+        let given = self.proving().prove(self.given().as_says());
+        Proved { outcome: failed.outcome, ..given }
+    }
+
+    fn given(&self) -> Given {
+        Given(self.problem.model.values(), self.problem.model.effects.clone())
+    }
+
+    fn notes(&self, verdict: Verdict) -> Vec<String> {
+        let (model, mut notes) = (self.problem.model, vec![]);
         if verdict == Verdict::Unexplained {
             notes.push(
                 "No effect of the catalogue explains what is left; the location tells in which channel."
                     .to_owned(),
             );
         }
-        let augmentation = if keep_model { Augmentation::default() } else { self.augmentation() };
-        let diagnosis = Diagnosis {
-            schema: SCHEMA,
-            model: self.problem.model.name.clone(),
-            verdict,
-            findings,
-            calibration: if keep_model { BTreeMap::new() } else { self.calibration() },
-            location,
-            fit,
-            ladder: self.rungs(),
-            data: self.data(),
-            notes,
-        };
-        Outcome { diagnosis, augmentation, proofs }
+        if model.dynamics().mass() == Mass::Unit && !model.coordinates.is_empty() {
+            notes.push(
+                "The model gives accelerations and no mass matrix: effects on its coordinates are accelerations."
+                    .to_owned(),
+            );
+        }
+        if let Some(error) = model.dynamics().derivative_error() {
+            notes.push(format!(
+                "The model gives no derivatives: they are differences, with a measured error of at most {error:.0e} of their size."
+            ));
+        }
+        let end = self.found.chosen.end;
+        if end == End::OutOfSteps {
+            notes.push(format!("The last fit was {end}: its numbers may still move a little."));
+        }
+        notes
     }
 
+    /// What the training recordings say.
     fn verdict(&self) -> Verdict {
-        let found = &self.found;
+        let (found, decision) = (&self.found, &self.decision);
         // Curves of the remainder are no findings.
         let named = &self.effects[..found.named.len()];
         if !named.is_empty() {
@@ -79,20 +155,35 @@ impl<'a> Ladder<'a> {
         }
         // A residual above the noise that depends on nothing is noise, of another colour or size
         // than was estimated.
-        let follows = found.calibrated.windowed.level == 0;
-        let floor = if follows { found.floor } else { 1.0 };
-        let above = found.calibrated.reduced() > EXPLAINED * floor;
-        if above && found.promise > THRESHOLD {
+        let above = found.calibrated.reduced() > decision.explained * self.floor();
+        if above && found.promise > decision.prior_odds {
             return Verdict::Unexplained;
         }
         let drop = found.nominal.reduced() - found.calibrated.reduced();
-        let moved = gain(self.problem, &found.nominal, &found.calibrated) > THRESHOLD;
-        let (nominal, calibrated) = (&found.nominal.hypothesis, &found.calibrated.hypothesis);
-        let agreed = !refuted(self.held_out, nominal, calibrated);
-        if moved && drop > RELEVANT && self.moves_noticeably() && agreed {
+        let moved = found.calibrated.gain_over(&found.nominal) > decision.prior_odds;
+        let agreed = !found.calibration_refuted;
+        if moved && drop > decision.relevant && self.moves_noticeably() && agreed {
             Verdict::Miscalibrated
         } else {
             Verdict::NoMismatch
+        }
+    }
+
+    /// The mean square residual, in units of the noise, of a model that explains its data: what
+    /// the shortest windows leave, where the model follows the recordings from end to end.
+    fn floor(&self) -> f64 {
+        let follows = self.found.calibrated.windowed.level == 0;
+        if follows { self.found.floor } else { 1.0 }
+    }
+
+    /// What is left of a verdict whose model is refused: the model as it was given explains the
+    /// recordings, or nothing does.
+    fn verdict_without(&self, refused: Verdict) -> Verdict {
+        let explains = self.found.nominal.reduced() < self.decision.explained * self.floor();
+        if explains && refused != Verdict::Unexplained {
+            Verdict::NoMismatch
+        } else {
+            Verdict::Unexplained
         }
     }
 
@@ -129,7 +220,7 @@ impl<'a> Ladder<'a> {
         let (model, training) = (self.problem.model, self.problem.dataset);
         DataUsed {
             training: names(training),
-            held_out: names(self.held_out.dataset),
+            held_out: names(self.held_out),
             samples: training.recordings.iter().map(Observed::len).sum(),
             dropped: training.recordings.iter().map(|r| r.dropped).sum(),
             unmeasured: unmeasured(model, training)
@@ -139,4 +230,29 @@ impl<'a> Ladder<'a> {
             version: env!("CARGO_PKG_VERSION").to_owned(),
         }
     }
+}
+
+/// The model as it was given.
+struct Given(Vec<f64>, Vec<ModelEffect>);
+
+impl Given {
+    fn as_says(&self) -> Says<'_> {
+        (&self.0, &self.1)
+    }
+}
+
+/// What is told where the proof fails.
+fn refusal(refused: Verdict, findings: &[Finding]) -> String {
+    let what = match refused {
+        Verdict::Miscalibrated => "The calibrated parameters were".to_owned(),
+        Verdict::Unexplained | Verdict::NoMismatch => "Moved parameters were".to_owned(),
+        Verdict::MissingPhysics | Verdict::SensorFault => {
+            let names = findings.iter().map(|f| format!("{} on {}", f.class, f.channel));
+            format!("{} was", names.collect::<Vec<_>>().join(" with "))
+        }
+    };
+    format!(
+        "The proof failed: {what} what fits the training recordings best, but the model that was \
+         given predicts the held-out recordings better. It is handed back unchanged."
+    )
 }

@@ -1,51 +1,123 @@
-//! The proof: errors of the model before and after, on recordings that nothing was fitted to.
+//! The proof: the model as it was and the one to be handed back, on recordings that nothing was
+//! fitted to and nothing was chosen by. They are opened here, when everything is decided, and what
+//! they say is told whatever it is.
+//!
+//! Let e_b and e_a be the squares of the prediction errors before and after, in units of the noise,
+//! summed over the channels and over each window b of the horizon. The model to be handed back is
+//! refused where the windows say that it predicts worse:
+//!
+//! ```text
+//! D = sum_b (e_a - e_b) > sqrt(sum_b (e_a - e_b)^2),   D / n > relevant
+//! ```
+//!
+//! the first being one standard error of the sum under the hypothesis that neither is better.
 
-use super::outcome::Ladder;
 use super::{Proof, duration};
 use crate::dataset::{Dataset, Observed};
-use crate::diagnosis::{ChannelFit, Fit};
-use crate::prediction::{DEFAULT_WARMUP, Prediction, Predictor};
+use crate::decision::Decision;
+use crate::diagnosis::{ChannelFit, Fit, ProofOutcome};
+use crate::prediction::{DEFAULT_WARMUP, Prediction, Predictor, windows};
+use lacuna_plants::Model;
+use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Windows of the prediction error: the recording's length over this.
 const WINDOWS: f64 = 12.0;
 
-impl Ladder<'_> {
-    pub(super) fn proof(&self, keep_model: bool) -> (Fit, Vec<Proof>) {
-        let model = self.problem.model;
-        let h = &self.found.chosen.hypothesis;
-        let nominal = model.values();
-        let (parameters, effects) =
-            if keep_model { (&nominal, &model.effects) } else { (&h.parameters, &h.effects) };
-        let horizon = duration(self.held_out.dataset) / WINDOWS;
-        let errors = |data: &Dataset| -> Vec<Runs> {
-            let before = Predictor::new(model, data);
-            let after = Predictor::with(model, &self.problem.equations, parameters, effects, data);
-            data.recordings
-                .par_iter()
-                .map(|o| {
-                    let windows = (before.windowed(o, horizon), after.windowed(o, horizon));
-                    let free = (before.free_run(o, warmup(o)), after.free_run(o, warmup(o)));
-                    (windows, free)
-                })
-                .collect()
+/// What a model says: its parameters and effects.
+pub(super) type Says<'a> = (&'a [f64], &'a [ModelEffect]);
+
+/// Two models on the same recordings.
+pub(super) struct Proving<'a> {
+    pub model: &'a Model,
+    pub training: &'a Dataset,
+    pub held_out: &'a Dataset,
+    pub decision: Decision,
+}
+
+/// What the recordings say of them.
+pub(super) struct Proved {
+    pub outcome: ProofOutcome,
+    pub fit: Fit,
+    pub proofs: Vec<Proof>,
+}
+
+/// Predictions of one recording, over windows and running free.
+struct Runs {
+    windows: Prediction,
+    free: Prediction,
+}
+
+impl Proving<'_> {
+    /// The model as it was against `after`.
+    pub(super) fn prove(&self, after: Says) -> Proved {
+        let horizon = duration(self.held_out) / WINDOWS;
+        let values = self.model.values();
+        let before = (&values[..], &self.model.effects[..]);
+        let runs = |data| {
+            let runs = |says| self.runs(data, horizon, says);
+            runs(before).into_iter().zip(runs(after)).collect::<Vec<_>>()
         };
-        let (held, train) = (errors(self.held_out.dataset), errors(self.problem.dataset));
+        let (held, train) = (runs(self.held_out), runs(self.training));
         let fit = Fit {
-            held_out: channel_fits(self.held_out.dataset, &held, horizon),
-            training: channel_fits(self.problem.dataset, &train, horizon),
+            held_out: channel_fits(self.held_out, &held, horizon),
+            training: channel_fits(self.training, &train, horizon),
         };
-        let proofs = self
-            .held_out
-            .dataset
-            .recordings
-            .iter()
-            .zip(held)
-            .map(|(o, (_, (before, after)))| Proof { observed: o.clone(), before, after })
+        let outcome = self.judge(&held, horizon);
+        let recordings = self.held_out.recordings.iter().zip(held);
+        let proofs = recordings
+            .map(|(o, (b, a))| Proof { observed: o.clone(), before: b.free, after: a.free })
             .collect();
-        (fit, proofs)
+        Proved { outcome, fit, proofs }
     }
+
+    fn runs(&self, data: &Dataset, horizon: f64, (parameters, effects): Says) -> Vec<Runs> {
+        let predictor = Predictor::with(self.model, parameters, effects, data);
+        let run = |o: &Observed| Runs {
+            windows: predictor.windowed(o, horizon),
+            free: predictor.free_run(o, warmup(o)),
+        };
+        data.recordings.par_iter().map(run).collect()
+    }
+
+    /// Whether predictions became better or worse, window by window.
+    fn judge(&self, runs: &[(Runs, Runs)], horizon: f64) -> ProofOutcome {
+        let data = self.held_out;
+        let weights: Vec<f64> = (0..data.outputs.len()).map(|k| data.noise_sd(k).recip()).collect();
+        let mut changes: Vec<f64> = vec![];
+        let mut samples = 0;
+        for (o, (before, after)) in data.recordings.iter().zip(runs) {
+            for range in windows(&o.times, horizon) {
+                let mut change = 0.0;
+                for (k, weight) in weights.iter().enumerate() {
+                    let of = |p: &Prediction| {
+                        let here = Prediction { counted: range.clone(), ..p.clone() };
+                        here.squares(o, k)
+                    };
+                    let ((b, count), (a, _)) = (of(&before.windows), of(&after.windows));
+                    samples += count;
+                    // Where both diverge neither is better.
+                    let worse = if a.is_finite() || b.is_finite() { a - b } else { 0.0 };
+                    change += worse * weight * weight;
+                }
+                changes.push(change);
+            }
+        }
+        outcome(&changes, samples, self.decision.relevant)
+    }
+}
+
+/// What changes of the weighted squares in each window say.
+fn outcome(changes: &[f64], samples: usize, relevant: f64) -> ProofOutcome {
+    let sum: f64 = changes.iter().sum();
+    let error = changes.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let size = sum.abs() / samples.max(1) as f64;
+    // A divergence is worse than any number, and one that ends better.
+    if sum.is_infinite() || (sum.abs() > error && size > relevant) {
+        return if sum > 0.0 { ProofOutcome::Worse } else { ProofOutcome::Better };
+    }
+    if sum.is_nan() { ProofOutcome::Worse } else { ProofOutcome::Same }
 }
 
 /// Samples that estimate the initial state: of a short recording at most a quarter.
@@ -53,19 +125,19 @@ fn warmup(observed: &Observed) -> usize {
     DEFAULT_WARMUP.min(observed.len() / 4)
 }
 
-type Runs = ((Prediction, Prediction), (Prediction, Prediction));
-
-fn channel_fits(data: &Dataset, runs: &[Runs], horizon: f64) -> BTreeMap<String, ChannelFit> {
-    let pooled = |k: usize, of: &dyn Fn(&Runs) -> &Prediction| {
+fn channel_fits(
+    data: &Dataset,
+    runs: &[(Runs, Runs)],
+    horizon: f64,
+) -> BTreeMap<String, ChannelFit> {
+    let pooled = |k: usize, of: &dyn Fn(&(Runs, Runs)) -> Prediction| {
         let (sum, n) = data
             .recordings
             .iter()
             .zip(runs)
             .map(|(o, r)| of(r).squares(o, k))
             .fold((0.0, 0), |(s, n), (a, b)| (s + a, n + b));
-        let rms = (sum / n.max(1) as f64).sqrt();
-        // JSON has no infinity: a model that diverges is told by the largest number.
-        if rms.is_finite() { rms } else { f64::MAX }
+        (sum / n.max(1) as f64).sqrt()
     };
     data.outputs
         .iter()
@@ -75,14 +147,33 @@ fn channel_fits(data: &Dataset, runs: &[Runs], horizon: f64) -> BTreeMap<String,
         .map(|(k, output)| {
             let fit = ChannelFit {
                 unit: output.unit.clone(),
-                rmse_before: pooled(k, &|r| &r.0.0),
-                rmse_after: pooled(k, &|r| &r.0.1),
+                rmse_before: pooled(k, &|r| r.0.windows.clone()),
+                rmse_after: pooled(k, &|r| r.1.windows.clone()),
                 noise: data.noise[k].sd,
                 horizon_s: horizon,
-                free_run_before: pooled(k, &|r| &r.1.0),
-                free_run_after: pooled(k, &|r| &r.1.1),
+                free_run_before: pooled(k, &|r| r.0.free.clone()),
+                free_run_after: pooled(k, &|r| r.1.free.clone()),
             };
             (output.name.clone(), fit)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ProofOutcome, outcome};
+
+    #[test]
+    fn a_model_is_refused_where_windows_agree_that_it_is_worse() {
+        let judge = |changes: &[f64]| outcome(changes, 1000, 0.0025);
+        assert_eq!(judge(&[30.0, 20.0, 25.0]), ProofOutcome::Worse);
+        assert_eq!(judge(&[-30.0, -20.0, -25.0]), ProofOutcome::Better);
+        // One window in three says so, the others do not.
+        assert_eq!(judge(&[30.0, -20.0, -5.0]), ProofOutcome::Same);
+        // They agree, about nothing: a thousandth of the noise.
+        assert_eq!(judge(&[0.3, 0.3, 0.3]), ProofOutcome::Same);
+        assert_eq!(judge(&[f64::INFINITY, -20.0]), ProofOutcome::Worse);
+        assert_eq!(judge(&[f64::NEG_INFINITY, 20.0]), ProofOutcome::Better);
+        assert_eq!(judge(&[f64::NEG_INFINITY, f64::INFINITY]), ProofOutcome::Worse);
+    }
 }

@@ -38,7 +38,7 @@ impl Ladder<'_> {
         if chosen.hypothesis.supposed().is_empty() {
             return 0.0;
         }
-        let states = |h: Hypothesis| chosen.refit(self.problem, h.held(), FULL);
+        let states = |h: Hypothesis| chosen.refit(h.held(), FULL).ok();
         let nominal = &self.found.nominal.hypothesis;
         let (mut moved, mut added) = (nominal.clone(), chosen.hypothesis.clone());
         moved.parameters.clone_from(&chosen.hypothesis.parameters);

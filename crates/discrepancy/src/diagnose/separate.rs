@@ -3,7 +3,7 @@
 use super::outcome::Ladder;
 use crate::diagnosis::Experiment;
 use crate::likelihood::Hypothesis;
-use lacuna_plants::model::{System, effective_inputs};
+use lacuna_plants::model::{SeriesEffect, System, effective_inputs};
 use rayon::prelude::*;
 
 /// Frequencies that are tried, and amplitudes as shares of the largest command so far.
@@ -91,8 +91,8 @@ impl Ladder<'_> {
             commands[k * m + sine.input] =
                 sine.amplitude * (std::f64::consts::TAU * sine.frequency * t).sin();
         }
-        let inputs = effective_inputs(&h.effects, m, &times, &commands);
-        let system = System::with(model, &problem.equations, &h.parameters, &h.effects);
+        let inputs = effective_inputs(&SeriesEffect::inputs(&h.effects), m, &times, commands);
+        let system = System::with(model, &h.parameters, &h.effects);
         let (observation, count) = (&problem.observation, problem.dataset.outputs.len());
         let bound = observation.bind(&h.parameters);
         let mut x = system.at_rest(problem.smoothed[0].state(0));

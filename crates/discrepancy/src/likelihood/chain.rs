@@ -1,11 +1,12 @@
 //! A hypothesis on one recording, stepped from sample to sample in any kind of number.
 
+use super::end::Diverged;
 use super::{Problem, Window};
 use crate::dataset::Observed;
-use lacuna_effects::Law;
-use lacuna_plants::expression::Bound;
-use lacuna_plants::model::{Measured, ModelEffect, System};
-use lacuna_plants::{Hold, Number};
+use lacuna_numbers::Number;
+use lacuna_plants::Hold;
+use lacuna_plants::dynamics::Bound;
+use lacuna_plants::model::{Measured, SeriesEffect, System};
 
 /// A value beyond this is divergence, not motion.
 const DIVERGED: f64 = 1e12;
@@ -13,27 +14,34 @@ const DIVERGED: f64 = 1e12;
 /// A hypothesis on one recording in one kind of number.
 pub(super) struct Chain<'p, T: Number> {
     pub(super) problem: &'p Problem<'p>,
-    pub(super) effects: &'p [ModelEffect],
     pub(super) observed: &'p Observed,
     pub(super) system: System<T>,
     pub(super) bound: Bound<T>,
-    pub(super) inputs: Vec<f64>,
-    /// Derivatives of the effective inputs: lane and series.
-    pub(super) input_lanes: Vec<(usize, Vec<f64>)>,
-    /// Parameters of sensors that move: effect, parameter, lane.
-    pub(super) sensor_lanes: Vec<(usize, usize, usize)>,
+    pub(super) inputs: Inputs<T>,
+    pub(super) sensors: Vec<SeriesEffect<T>>,
     pub(super) substeps: usize,
+}
+
+/// The effective inputs, row-major.
+pub(super) enum Inputs<T> {
+    /// They depend on nothing that moves.
+    Fixed(Vec<f64>),
+    /// They carry derivatives by parameters of actuators.
+    Moving(Vec<T>),
 }
 
 impl<T: Number> Chain<'_, T> {
     /// Outputs over a window from a whole state, which is left at the window's end (of the
-    /// sample after it where there is one); `None` where the model diverges.
+    /// sample after it where there is one).
+    ///
+    /// # Errors
+    /// [`Diverged`].
     pub(super) fn window(
         &self,
         w: &Window,
         state: &mut [T],
         mut visit: impl FnMut(&[T]),
-    ) -> Option<Vec<Vec<T>>> {
+    ) -> Result<Vec<Vec<T>>, Diverged> {
         let mut workspace = self.system.workspace();
         let count = self.problem.dataset.outputs.len();
         let mut out = vec![Vec::with_capacity(w.range.len()); count];
@@ -58,11 +66,11 @@ impl<T: Number> Chain<'_, T> {
             self.system.advance(&mut workspace, span, (&here, &next), self.substeps, state);
             let diverged = |x: &T| x.value().is_nan() || x.value().abs() > DIVERGED;
             if state.iter().any(diverged) {
-                return None;
+                return Err(Diverged { recording: self.observed.name.clone(), time: times[k + 1] });
             }
         }
         self.sense(&times[w.range.clone()], &mut out);
-        Some(out)
+        Ok(out)
     }
 
     fn input(&self, k: usize) -> Vec<T> {
@@ -74,69 +82,20 @@ impl<T: Number> Chain<'_, T> {
     fn input_at(&self, k: usize, u: &mut [T]) {
         let m = u.len();
         for (j, u) in u.iter_mut().enumerate() {
-            let at = k * m + j;
-            let slope = |l: usize| {
-                self.input_lanes.iter().filter(|s| s.0 == l).map(|s| s.1[at]).sum::<f64>()
-            };
-            *u = if self.input_lanes.is_empty() {
-                T::constant(self.inputs[at])
-            } else {
-                T::with_tangent(self.inputs[at], slope)
+            *u = match &self.inputs {
+                Inputs::Fixed(inputs) => T::constant(inputs[k * m + j]),
+                Inputs::Moving(inputs) => inputs[k * m + j],
             };
         }
     }
 
-    /// What the sensors make of the outputs. Sensor laws are affine in the series, so that a
-    /// tangent goes through them as a difference of two series does.
+    /// What the sensors make of the outputs.
     fn sense(&self, times: &[f64], out: &mut [Vec<T>]) {
-        for (index, e) in self.effects.iter().enumerate() {
-            let Law::Sensor(law) = e.effect.law else { continue };
-            for (series, output) in out.iter_mut().zip(&self.problem.dataset.outputs) {
-                if !matches!(output.of, Measured::State(i) if i == e.channel) {
-                    continue;
-                }
-                let truth: Vec<f64> = series.iter().map(|y| y.value()).collect();
-                let values = law.observe(&e.parameters, times, &truth);
-                let lanes = series.first().map_or(0, |y| y.tangent().len());
-                let moved: Vec<Vec<f64>> = (0..lanes)
-                    .map(|l| self.sensed_tangent(law, (index, e), times, series, (l, &values)))
-                    .collect();
-                for (k, y) in series.iter_mut().enumerate() {
-                    *y = T::with_tangent(values[k], |l| moved[l][k]);
-                }
+        for (series, output) in out.iter_mut().zip(&self.problem.dataset.outputs) {
+            let Measured::State(state) = output.of else { continue };
+            for sensor in self.sensors.iter().filter(|s| s.channel == state) {
+                *series = sensor.applied(times, series);
             }
         }
     }
-
-    fn sensed_tangent(
-        &self,
-        law: &dyn lacuna_effects::SensorLaw,
-        (index, e): (usize, &ModelEffect),
-        times: &[f64],
-        series: &[T],
-        (lane, values): (usize, &[f64]),
-    ) -> Vec<f64> {
-        let shifted: Vec<f64> = series.iter().map(|y| y.value() + y.tangent()[lane]).collect();
-        let seen = law.observe(&e.parameters, times, &shifted);
-        let mut tangent: Vec<f64> = seen.iter().zip(values).map(|(a, b)| a - b).collect();
-        for &(_, j, _) in self.sensor_lanes.iter().filter(|s| s.0 == index && s.2 == lane) {
-            let step = parameter_step(e, j, self.problem.sample);
-            let mut parameters = e.parameters.clone();
-            parameters[j] += step;
-            let truth: Vec<f64> = series.iter().map(|y| y.value()).collect();
-            for (t, (a, b)) in
-                tangent.iter_mut().zip(law.observe(&parameters, times, &truth).iter().zip(values))
-            {
-                *t += (a - b) / step;
-            }
-        }
-        tangent
-    }
-}
-
-/// Step of a difference with respect to a parameter of an input or sensor effect: small beside
-/// its value, or beside a sample where it begins at zero.
-pub(super) fn parameter_step(e: &ModelEffect, j: usize, sample: f64) -> f64 {
-    let value = e.parameters[j].abs();
-    if value > 0.0 { 1e-4 * value } else { 1e-3 * sample }
 }

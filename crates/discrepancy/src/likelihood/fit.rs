@@ -1,14 +1,16 @@
-//! A fitted hypothesis, its evidence, and its ways to other windows.
+//! A fitted hypothesis, and its ways to other windows.
 
+use super::end::{End, FitError};
 use super::minimise::{Effort, Minimisation};
+use super::normal::Precision;
 use super::sweep::{self, Starts};
 use super::windows::{Window, windows};
 use super::{Hypothesis, Problem, What};
-use crate::colour::{RELIABLE, ROUGH, colour};
 use lacuna_effects::Law;
 use lacuna_plants::model::{ModelEffect, System};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Windows of one level with their states, recording by recording.
 #[derive(Clone, Debug)]
@@ -21,9 +23,11 @@ pub struct Windowed {
     pub starts: Vec<Starts>,
 }
 
-/// A hypothesis at its optimum.
-#[derive(Clone, Debug)]
-pub struct Fit {
+/// A hypothesis fitted to the recordings of a problem, as far as its [`End`] says.
+#[derive(Clone)]
+pub struct Fit<'p> {
+    /// What it is fitted to.
+    pub problem: &'p Problem<'p>,
     /// The fitted hypothesis.
     pub hypothesis: Hypothesis,
     /// Windows and states.
@@ -36,10 +40,12 @@ pub struct Fit {
     pub penalty: f64,
     /// Number of residuals.
     pub count: usize,
-    /// Precision of theta in units of its prior.
-    pub precision: DMatrix<f64>,
-    /// Its log determinant, with that of the memories' beginnings.
-    pub log_determinant: f64,
+    /// Residuals in units of the noise, a series a window.
+    pub residuals: Arc<[Vec<f64>]>,
+    /// What is known of theta in units of its prior.
+    pub precision: Precision,
+    /// Why it went no further.
+    pub end: End,
 }
 
 /// Nothing moves.
@@ -96,7 +102,7 @@ impl Windowed {
 
     /// The same for effects whose memory begins at rest where it did not exist before.
     fn fitted_to(mut self, problem: &Problem, h: &Hypothesis) -> Self {
-        let system = System::with(problem.model, &problem.equations, &h.parameters, &h.effects);
+        let system = System::with(problem.model, &h.parameters, &h.effects);
         let machine = problem.model.machine_states();
         for starts in &mut self.starts {
             let rest = system.at_rest(&starts.machine[0]);
@@ -108,160 +114,145 @@ impl Windowed {
     }
 }
 
-impl Fit {
+impl<'p> Fit<'p> {
     /// Fit a hypothesis from the smoothed motion in windows of a level: first the states alone,
     /// then everything.
-    #[must_use]
-    pub fn begin(problem: &Problem, hypothesis: Hypothesis, level: u32) -> Option<Self> {
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn begin(
+        problem: &'p Problem<'p>,
+        hypothesis: Hypothesis,
+        level: u32,
+    ) -> Result<Self, FitError> {
         let windowed = Windowed::smoothed(problem, level);
         let states = Effort { steps: 4, least: 1.0 };
-        let held = hypothesis.clone().held();
-        let held = minimise(problem, held, windowed, states)?;
+        let held = minimise(problem, hypothesis.clone().held(), windowed, states)?;
         minimise(problem, hypothesis, held.windowed, FULL)
     }
 
     /// Fit another hypothesis from here, in the same windows.
-    #[must_use]
-    pub fn refit(&self, problem: &Problem, h: Hypothesis, effort: Effort) -> Option<Self> {
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn refit(&self, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {
         let kept = common_memory(&self.hypothesis, &h);
         let mut windowed = self.windowed.clone();
         for starts in &mut windowed.starts {
             starts.memory.truncate(kept);
         }
-        minimise(problem, h, windowed, effort)
+        minimise(self.problem, h, windowed, effort)
     }
 
     /// Fit the same hypothesis in windows of another level.
-    #[must_use]
-    pub fn at_level(&self, problem: &Problem, level: u32, effort: Effort) -> Option<Self> {
-        let path = self.paths(problem);
-        let windowed = self.windowed.at(problem, level, &path);
-        minimise(problem, self.hypothesis.clone(), windowed, effort)
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn at_level(&self, level: u32, effort: Effort) -> Result<Self, FitError> {
+        let windowed = self.windowed.at(self.problem, level, &self.paths()?);
+        minimise(self.problem, self.hypothesis.clone(), windowed, effort)
     }
 
     /// States alone, fitted in windows of another level.
-    #[must_use]
-    pub fn states_at(&self, problem: &Problem, level: u32) -> Option<Self> {
-        let path = self.paths(problem);
-        let windowed = self.windowed.at(problem, level, &path);
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn states_at(&self, level: u32) -> Result<Self, FitError> {
+        let windowed = self.windowed.at(self.problem, level, &self.paths()?);
         let effort = Effort { steps: 3, least: 1.0 };
-        let mut fit = minimise(problem, self.hypothesis.clone().held(), windowed, effort)?;
-        fit.hypothesis = self.hypothesis.clone();
-        Some(fit)
+        let held = self.hypothesis.clone().held();
+        let fit = minimise(self.problem, held, windowed, effort)?;
+        Ok(Self { hypothesis: self.hypothesis.clone(), ..fit })
     }
 
     /// The same hypothesis in windows of a level that begin where the recordings themselves are:
     /// where a model is not quite right, states that are free would take up part of its error.
-    #[must_use]
-    pub fn anchored(&self, problem: &Problem, level: u32) -> Option<Self> {
-        let windowed = Windowed::smoothed(problem, level).fitted_to(problem, &self.hypothesis);
-        self.anchor(problem, self.hypothesis.clone(), windowed, STILL)
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn anchored(&self, level: u32) -> Result<Self, FitError> {
+        let windowed = Windowed::smoothed(self.problem, level);
+        let windowed = windowed.fitted_to(self.problem, &self.hypothesis);
+        self.anchor(self.hypothesis.clone(), windowed, STILL)
     }
 
     /// Theta fitted alone, in windows that begin where they are. Residuals that are larger or
     /// slower than white noise say as much less beside the priors.
-    #[must_use]
-    pub fn moved(&self, problem: &Problem, effort: Effort) -> Option<Self> {
-        let residuals = self.residuals(problem);
-        let doubt = self.inflation() * colour(residuals.iter().map(Vec::as_slice), ROUGH);
-        let doubting = self.hypothesis.doubting(doubt);
-        let mut fit = self.anchor(problem, doubting, self.windowed.clone(), effort)?;
-        fit.hypothesis = fit.hypothesis.doubting(1.0 / doubt);
-        Some(fit)
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn moved(&self, effort: Effort) -> Result<Self, FitError> {
+        let temperature = self.rough_temperature();
+        let doubting = self.hypothesis.doubting(temperature);
+        let mut fit = self.anchor(doubting, self.windowed.clone(), effort)?;
+        fit.hypothesis = fit.hypothesis.doubting(1.0 / temperature);
+        Ok(fit)
     }
 
     fn anchor(
         &self,
-        problem: &Problem,
         hypothesis: Hypothesis,
         windowed: Windowed,
         effort: Effort,
-    ) -> Option<Self> {
-        let substeps = self.substeps;
-        Minimisation { problem, hypothesis, windowed, substeps, anchored: true }.run(effort)
+    ) -> Result<Self, FitError> {
+        let (problem, substeps) = (self.problem, self.substeps);
+        let left_out = vec![];
+        Minimisation { problem, hypothesis, windowed, substeps, anchored: true, left_out }
+            .run(effort)
+    }
+
+    /// The same in the same windows, theta fitted as if those marked in `left_out` had not been
+    /// recorded; then the states of all windows, and they alone.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn without_windows(&self, left_out: Vec<bool>, effort: Effort) -> Result<Self, FitError> {
+        let (problem, substeps) = (self.problem, self.substeps);
+        let (hypothesis, windowed) = (self.hypothesis.clone(), self.windowed.clone());
+        let moved =
+            Minimisation { problem, hypothesis, windowed, substeps, anchored: false, left_out }
+                .run(effort)?;
+        moved.refit(moved.hypothesis.clone().held(), Effort { steps: 3, least: 0.3 })
     }
 
     /// The whole state at every sample of each recording.
-    #[must_use]
-    pub fn paths(&self, problem: &Problem) -> Vec<Vec<f64>> {
+    ///
+    /// # Errors
+    /// [`FitError::Diverged`].
+    pub fn paths(&self) -> Result<Vec<Vec<f64>>, FitError> {
         let Windowed { windows, starts, .. } = &self.windowed;
         let one = |(w, s): (&Vec<Window>, &Starts)| {
-            sweep::trajectory(problem, &self.hypothesis, w, s, self.substeps)
+            sweep::trajectory(self.problem, &self.hypothesis, w, s, self.substeps)
         };
-        windows.par_iter().zip(starts).map(one).collect()
+        let paths: Result<Vec<_>, _> = windows.par_iter().zip(starts).map(one).collect();
+        Ok(paths?)
     }
 
-    /// Mean square of the residual in units of the noise.
+    /// Covariance of the fitted values where data are worth one in `temperature`; none where it is
+    /// not finite.
     #[must_use]
-    pub fn reduced(&self) -> f64 {
-        self.chi2 / self.count.max(1) as f64
-    }
-
-    /// By how much the noise must be larger for the residual to be noise.
-    #[must_use]
-    pub fn inflation(&self) -> f64 {
-        self.reduced().max(1.0)
-    }
-
-    /// What priors and precision take off the likelihood (nats), the noise inflated.
-    #[must_use]
-    pub fn price(&self, inflation: f64) -> f64 {
-        let entries = self.hypothesis.free.len() as f64;
-        0.5 * (self.penalty + (self.log_determinant - entries * inflation.ln()).max(0.0))
-    }
-
-    /// Log evidence by Laplace's method, the noise inflated to what is left.
-    #[must_use]
-    pub fn log_evidence(&self) -> f64 {
-        let s = self.inflation();
-        -0.5 * self.count as f64 * s.ln() - 0.5 * self.chi2 / s - self.price(s)
-    }
-
-    /// Residuals, a series an output and window.
-    #[must_use]
-    pub fn residuals(&self, problem: &Problem) -> Vec<Vec<f64>> {
-        let Windowed { windows, starts, .. } = &self.windowed;
-        let one = |(w, s): (&Vec<Window>, &Starts)| {
-            let mut out = Vec::new();
-            sweep::residuals(problem, &self.hypothesis, w, s, self.substeps, |r| out.push(r));
-            out
-        };
-        windows.par_iter().zip(starts).map(one).collect::<Vec<_>>().concat()
-    }
-
-    /// How much more slowly than white noise the residual varies (1 is white).
-    #[must_use]
-    pub fn colour(&self, problem: &Problem) -> f64 {
-        let residuals = self.residuals(problem);
-        colour(residuals.iter().map(Vec::as_slice), RELIABLE)
-    }
-
-    /// Covariance of the fitted values, the noise inflated; none where it is not finite.
-    #[must_use]
-    pub fn covariance(&self, inflation: f64) -> Option<DMatrix<f64>> {
+    pub fn covariance(&self, temperature: f64) -> Option<DMatrix<f64>> {
         let free = &self.hypothesis.free;
         let p = free.len();
-        // The prior's precision is one; what data add is worth less where noise is inflated.
-        let data = &self.precision - DMatrix::identity(p, p);
-        let scaled = (DMatrix::identity(p, p) + data / inflation).cholesky()?.inverse();
+        let scaled = self.precision.covariance(temperature)?;
         Some(DMatrix::from_fn(p, p, |i, j| scaled[(i, j)] * free[i].sd * free[j].sd))
     }
 
-    /// Standard deviations of the fitted values, the noise inflated.
+    /// Standard deviations of the fitted values where data are worth one in `temperature`.
     #[must_use]
-    pub fn std(&self, inflation: f64) -> Vec<f64> {
-        let covariance = self.covariance(inflation);
+    pub fn std(&self, temperature: f64) -> Vec<f64> {
+        let covariance = self.covariance(temperature);
         let own = |(i, f): (usize, &super::Free)| {
             covariance.as_ref().map_or(f.sd, |c| c[(i, i)].max(0.0).sqrt())
         };
         self.hypothesis.free.iter().enumerate().map(own).collect()
     }
 
-    /// Parameters of the model with standard deviations; 0 for those that are known.
+    /// Standard deviations of the model's parameters; 0 for those that are known.
     #[must_use]
-    pub fn parameter_std(&self, inflation: f64) -> Vec<f64> {
+    pub fn parameter_std(&self, temperature: f64) -> Vec<f64> {
         let mut out = vec![0.0; self.hypothesis.parameters.len()];
-        for (f, std) in self.hypothesis.free.iter().zip(self.std(inflation)) {
+        for (f, std) in self.hypothesis.free.iter().zip(self.std(temperature)) {
             if let What::Parameter(k) = f.what {
                 out[k] = std;
             }
@@ -271,8 +262,8 @@ impl Fit {
 
     /// The effects with standard deviations of their physical parameters.
     #[must_use]
-    pub fn effects(&self, inflation: f64) -> Vec<ModelEffect> {
-        let std = self.std(inflation);
+    pub fn effects(&self, temperature: f64) -> Vec<ModelEffect> {
+        let std = self.std(temperature);
         let mut effects = self.hypothesis.effects.clone();
         for (index, e) in effects.iter_mut().enumerate().skip(self.hypothesis.own) {
             let mut internal = vec![0.0; e.internal().len()];
@@ -319,13 +310,14 @@ fn physical_std(e: &ModelEffect, internal: &[f64]) -> Vec<Option<f64>> {
     variance.into_iter().map(|v: f64| (v > 0.0).then(|| v.sqrt())).collect()
 }
 
-fn minimise(
-    problem: &Problem,
+fn minimise<'p>(
+    problem: &'p Problem<'p>,
     hypothesis: Hypothesis,
     windowed: Windowed,
     effort: Effort,
-) -> Option<Fit> {
+) -> Result<Fit<'p>, FitError> {
     let substeps = problem.substeps(&hypothesis.parameters, &hypothesis.effects);
     let windowed = windowed.fitted_to(problem, &hypothesis);
-    Minimisation { problem, hypothesis, windowed, substeps, anchored: false }.run(effort)
+    let left_out = vec![];
+    Minimisation { problem, hypothesis, windowed, substeps, anchored: false, left_out }.run(effort)
 }

@@ -66,7 +66,7 @@ fn best(
     tries: &[f64],
 ) -> f64 {
     let (machine, m) = (model.machine_states(), model.inputs.len());
-    let u = &motion.commands[k * m..(k + 1) * m];
+    let u = &motion.inputs[k * m..(k + 1) * m];
     let mut derivative = vec![0.0; system.states()];
     let mut miss = |value: f64| {
         let mut x = system.at_rest(motion.state(k));

@@ -1,6 +1,6 @@
 //! What is fitted: parameters of the model and of effects, with their priors.
 
-use lacuna_effects::{Law, Prior, Scales};
+use lacuna_effects::{Prior, Scales};
 use lacuna_plants::Model;
 use lacuna_plants::model::{Direction, ModelEffect};
 
@@ -115,12 +115,7 @@ impl Hypothesis {
     #[must_use]
     pub fn with(mut self, effect: ModelEffect, scales: &Scales) -> Self {
         let index = self.effects.len();
-        let priors = match effect.effect.law {
-            Law::Force(law) => law.priors(scales),
-            Law::Input(law) => law.priors(scales),
-            Law::Sensor(law) => law.priors(scales),
-        };
-        let entries = priors.into_iter().enumerate();
+        let entries = (effect.effect.priors)(scales).into_iter().enumerate();
         self.free.extend(entries.filter_map(|(j, p)| Free::of(What::Effect(index, j), p)));
         self.effects.push(effect);
         self.set(&self.theta());
@@ -174,14 +169,12 @@ impl Hypothesis {
         }
     }
 
-    /// Directions of the fitted values that act inside the equations of motion, each by the
-    /// number of its entry; input and sensor effects act outside.
+    /// The direction that an entry of theta is.
     #[must_use]
-    pub fn direction(&self, entry: usize) -> Option<Direction> {
+    pub fn direction(&self, entry: usize) -> Direction {
         match self.free[entry].what {
-            What::Parameter(k) => Some(Direction::Parameter(k)),
-            What::Effect(e, j) => matches!(self.effects[e].effect.law, Law::Force(_))
-                .then_some(Direction::Effect(e, j)),
+            What::Parameter(k) => Direction::Parameter(k),
+            What::Effect(e, j) => Direction::Effect(e, j),
         }
     }
 
@@ -189,5 +182,16 @@ impl Hypothesis {
     #[must_use]
     pub fn penalty(&self, theta: &[f64]) -> f64 {
         self.free.iter().zip(theta).map(|(f, t)| ((t - f.mean) / f.sd).powi(2)).sum()
+    }
+
+    /// Logarithm of the mass that the normal priors of all entries have within their bounds.
+    #[must_use]
+    pub fn log_prior_mass(&self) -> f64 {
+        let below = |x: f64| 0.5 * libm::erfc(-x * std::f64::consts::FRAC_1_SQRT_2);
+        let within = |f: &Free| {
+            let at = |bound: f64| below((bound - f.mean) / f.sd);
+            (at(f.bounds.1) - at(f.bounds.0)).max(f64::MIN_POSITIVE).ln()
+        };
+        self.free.iter().map(within).sum()
     }
 }

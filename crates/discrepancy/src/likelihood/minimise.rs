@@ -1,5 +1,6 @@
 //! Levenberg-Marquardt on theta and the states of all windows.
 
+use super::end::{End, FitError};
 use super::normal::{Arrow, Block, Step};
 use super::sweep::{self, Starts};
 use super::{Fit, Hypothesis, Problem, Window, Windowed};
@@ -24,36 +25,61 @@ pub(super) struct Minimisation<'p> {
     pub substeps: usize,
     /// Whether the windows begin where they are, and theta alone moves.
     pub anchored: bool,
+    /// Windows that theta must not know, one mark a window; empty where it may know all.
+    pub left_out: Vec<bool>,
 }
 
-impl Minimisation<'_> {
-    /// Minimise; `None` where the model diverges from the very beginning.
-    pub(super) fn run(mut self, effort: Effort) -> Option<Fit> {
+/// The windows of all recordings, linearised.
+struct Linearised {
+    blocks: Vec<Block>,
+    residuals: Vec<Vec<f64>>,
+}
+
+impl<'p> Minimisation<'p> {
+    /// Minimise.
+    pub(super) fn run(mut self, effort: Effort) -> Result<Fit<'p>, FitError> {
         let mut theta = self.hypothesis.theta();
         let mut damping = 1e-3;
-        let mut blocks = self.blocks()?;
+        let mut here = self.linearise()?;
+        let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
-            let before = self.objective(&theta, blocks.iter().map(|b| b.chi2).sum());
-            if !before.is_finite() {
-                return None;
+            if self.problem.is_cancelled() {
+                return Err(FitError::Cancelled);
             }
-            let mut gained = None;
-            for _ in 0..6 {
-                let step = Arrow::new(&self.hypothesis, &blocks).step(&theta, damping);
-                if let Some(after) = step.and_then(|s| self.try_step(s, before, &mut theta)) {
-                    gained = Some(before - after);
-                    damping = f64::max(0.125 * damping, 1e-7);
-                    break;
-                }
-                damping *= if damping > 1e-4 { 8.0 } else { 50.0 };
-            }
-            let Some(gained) = gained else { break };
-            blocks = self.blocks()?;
+            let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
+            let Some(gained) = self.descend(&here.blocks, before, &mut theta, &mut damping) else {
+                end = End::Stalled;
+                break;
+            };
+            here = self.linearise()?;
             if gained < effort.least {
+                end = End::Converged;
                 break;
             }
         }
-        self.result(&theta, &blocks)
+        self.result(&theta, here, end)
+    }
+
+    /// Take one step that lowers the objective, shorter and shorter ones being tried; what it
+    /// gains. None where no step does.
+    fn descend(
+        &mut self,
+        blocks: &[Block],
+        before: f64,
+        theta: &mut Vec<f64>,
+        damping: &mut f64,
+    ) -> Option<f64> {
+        const TRIES: usize = 6;
+        for _ in 0..TRIES {
+            let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, *damping);
+            // A singular step is damped more, as one that does not descend is.
+            if let Some(after) = step.ok().and_then(|s| self.try_step(s, before, theta)) {
+                *damping = f64::max(0.125 * *damping, 1e-7);
+                return Some(before - after);
+            }
+            *damping *= if *damping > 1e-4 { 8.0 } else { 50.0 };
+        }
+        None
     }
 
     /// Take a step if it lowers the objective; the objective after it.
@@ -72,8 +98,11 @@ impl Minimisation<'_> {
                 }
             }
         }
-        let after = self.objective(&step.theta, self.squares());
-        if after < before {
+        // Where the model diverges the step was too long.
+        let after = self.squares().map(|chi2| self.objective(&step.theta, chi2));
+        if let Ok(after) = after
+            && after < before
+        {
             *theta = step.theta;
             return Some(after);
         }
@@ -81,13 +110,19 @@ impl Minimisation<'_> {
         None
     }
 
-    fn squares(&self) -> f64 {
+    /// Sum over the windows that count.
+    fn counted(&self, chi2: impl Iterator<Item = f64>) -> f64 {
+        let counts = |k: usize| !self.left_out.get(k).is_some_and(|out| *out);
+        chi2.enumerate().filter(|(k, _)| counts(*k)).map(|(_, c)| c).sum()
+    }
+
+    fn squares(&self) -> Result<f64, FitError> {
         let Windowed { windows, starts, .. } = &self.windowed;
         let one = |(w, s): (&Vec<Window>, &Starts)| {
             sweep::squares(self.problem, &self.hypothesis, w, s, self.substeps)
         };
-        let sums: Vec<f64> = windows.par_iter().zip(starts).map(one).collect();
-        sums.iter().sum()
+        let sums: Result<Vec<_>, _> = windows.par_iter().zip(starts).map(one).collect();
+        Ok(self.counted(sums?.into_iter().flatten()))
     }
 
     /// chi^2 with the pulls of all priors.
@@ -106,8 +141,7 @@ impl Minimisation<'_> {
             return (vec![], vec![]);
         }
         let h = &self.hypothesis;
-        let system =
-            System::with(self.problem.model, &self.problem.equations, &h.parameters, &h.effects);
+        let system = System::with(self.problem.model, &h.parameters, &h.effects);
         let rest = system.at_rest(&starts.machine[0]);
         let rest = &rest[self.problem.model.machine_states()..];
         let off = starts.memory.iter().zip(rest).map(|(z, r)| z - r).collect();
@@ -116,51 +150,65 @@ impl Minimisation<'_> {
             let Law::Force(law) = e.effect.law else { continue };
             let mut own = vec![0.0; law.memory()];
             let internal = e.internal();
-            law.memory_spread(&internal[law.amplitudes()..], &self.problem.scales_of(e), &mut own);
+            let (shape, scales) = (&internal[law.amplitudes()..], self.problem.scales_of(e));
+            (e.effect.nature.memory_spread)(shape, &scales, &mut own);
             spread.extend(own.into_iter().map(|s| s.max(f64::MIN_POSITIVE)));
         }
         (off, spread)
     }
 
-    fn blocks(&self) -> Option<Vec<Block>> {
+    fn linearise(&self) -> Result<Linearised, FitError> {
         let Windowed { windows, starts, .. } = &self.windowed;
-        let per_recording: Option<Vec<Vec<Block>>> =
-            windows.par_iter().zip(starts).map(|(w, s)| self.blocks_of(w, s)).collect();
-        Some(per_recording?.into_iter().flatten().collect())
+        let one = |(w, s): (&Vec<Window>, &Starts)| self.linearise_recording(w, s);
+        let parts: Result<Vec<_>, FitError> = windows.par_iter().zip(starts).map(one).collect();
+        let (blocks, residuals) = parts?.into_iter().flatten().unzip();
+        Ok(Linearised { blocks, residuals })
     }
 
-    fn blocks_of(&self, windows: &[Window], starts: &Starts) -> Option<Vec<Block>> {
+    fn linearise_recording(
+        &self,
+        windows: &[Window],
+        starts: &Starts,
+    ) -> Result<Vec<(Block, Vec<f64>)>, FitError> {
         let all = sweep::linearise(self.problem, &self.hypothesis, windows, starts, self.substeps)?;
         let machine = self.problem.model.machine_states();
         let z = starts.memory.len();
         let (off, spread) = self.memory(starts);
         let block = |(k, columns): (usize, sweep::Columns)| {
-            if self.anchored {
+            let block = if self.anchored {
                 Block::of(&columns, 0, machine + z)
             } else if k == 0 {
                 Block::of(&columns, machine + z, 0).with_memory(machine, &off, &spread)
             } else {
                 Block::of(&columns, machine, z)
-            }
+            };
+            (block, columns.residual)
         };
-        Some(all.into_iter().enumerate().map(block).collect())
+        Ok(all.into_iter().enumerate().map(block).collect())
     }
 
-    fn result(self, theta: &[f64], blocks: &[Block]) -> Option<Fit> {
+    fn result(self, theta: &[f64], here: Linearised, end: End) -> Result<Fit<'p>, FitError> {
+        let Linearised { blocks, residuals } = here;
         let chi2: f64 = blocks.iter().map(|b| b.chi2).sum();
         let penalty = self.objective(theta, 0.0);
         let count = blocks.iter().map(|b| b.count).sum();
-        let (precision, log_determinant) = Arrow::new(&self.hypothesis, blocks).precision(theta)?;
-        let Self { hypothesis, windowed, substeps, .. } = self;
-        (chi2 + penalty).is_finite().then_some(Fit {
+        let precision = Arrow::new(&self.hypothesis, &blocks, &self.left_out).precision(theta)?;
+        if !(chi2 + penalty).is_finite() {
+            return Err(FitError::Singular);
+        }
+        let Self { problem, hypothesis, windowed, substeps, .. } = self;
+        let fit = Fit {
+            problem,
             hypothesis,
             windowed,
             substeps,
             chi2,
             penalty,
             count,
+            residuals: residuals.into(),
             precision,
-            log_determinant,
-        })
+            end,
+        };
+        Ok(fit)
     }
 }

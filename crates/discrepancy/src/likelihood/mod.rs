@@ -6,11 +6,10 @@
 //!
 //! ```text
 //! chi^2 = sum_w |(y_w - h(x(t; x_w, z, theta))) / sigma|^2
-//! log Z = - n/2 log s - chi^2/(2 s) - |(theta - theta_0)/S|^2/2 - log det(S H S)/2,   s = max(1, chi^2/n)
 //! ```
 //!
-//! with theta the calibrated parameters and those of the effects, H the precision of theta with
-//! the states of all windows eliminated, and Z the evidence by Laplace's method. Memory z of
+//! with theta the calibrated parameters and those of the effects; their evidence follows by
+//! Laplace's method, the states of all windows eliminated ([`evidence`]). Memory z of
 //! effects (hysteresis, a hidden mass) does not know of windows: it runs on from one to the
 //! next, and only its value at the beginning of a recording is free.
 //!
@@ -21,9 +20,13 @@
 //! | theta, theta_0, S | [`Free`], [`Hypothesis`] |
 //! | derivatives of the outputs | [`sweep`] (dual numbers through the Runge-Kutta steps) |
 //! | normal equations without the states | [`normal::Arrow`] |
-//! | x_w, theta at the optimum, log Z | [`Fit`] |
+//! | x_w, theta at the optimum, H | [`Fit`] |
+//! | log Z, temperature T | [`Fit::log_evidence`], [`Fit::temperature`] |
+//! | how a fit ended, or why there is none | [`End`], [`FitError`] |
 
 mod chain;
+mod end;
+pub mod evidence;
 mod fit;
 mod hidden;
 mod hypothesis;
@@ -33,6 +36,7 @@ mod problem;
 pub mod sweep;
 pub mod windows;
 
+pub use end::{Diverged, End, FitError};
 pub use fit::{FULL, Fit, QUICK, STILL, Windowed};
 pub use hypothesis::{Free, Hypothesis, What};
 pub use minimise::Effort;

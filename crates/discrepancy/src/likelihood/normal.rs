@@ -2,6 +2,7 @@
 //! each other, so they are eliminated window by window.
 
 use super::Hypothesis;
+use super::end::FitError;
 use super::sweep::Columns;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -64,20 +65,22 @@ impl Block {
     }
 
     /// Factor of the states' normal matrix; a trace that nothing leaves is ridged.
-    #[must_use]
-    pub fn eliminable(&self) -> Option<Cholesky<f64, Dyn>> {
-        ridged(&self.state, 0.0).cholesky()
+    ///
+    /// # Errors
+    /// [`FitError::Singular`].
+    pub fn eliminable(&self) -> Result<Cholesky<f64, Dyn>, FitError> {
+        ridged(&self.state, 0.0).cholesky().ok_or(FitError::Singular)
     }
 
-    /// Log determinant of the memory's precision in units of its prior, the machine's state
-    /// eliminated.
-    fn log_determinant(&self) -> f64 {
+    /// Precision of the memory in units of its prior, the machine's state eliminated; none where
+    /// the window has no memory that is free.
+    fn memory_precision(&self) -> Result<Option<DMatrix<f64>>, FitError> {
         let (n, z) = (self.machine, self.spread.len());
         if z == 0 {
-            return 0.0;
+            return Ok(None);
         }
         let state = ridged(&self.state, 0.0);
-        let Some(inner) = state.view((0, 0), (n, n)).into_owned().cholesky() else { return 0.0 };
+        let inner = state.view((0, 0), (n, n)).into_owned().cholesky().ok_or(FitError::Singular)?;
         let corner = state.view((0, n), (n, z)).into_owned();
         let mut schur =
             state.view((n, n), (z, z)).into_owned() - corner.tr_mul(&inner.solve(&corner));
@@ -86,7 +89,7 @@ impl Block {
                 schur[(i, j)] *= self.spread[i] * self.spread[j];
             }
         }
-        schur.cholesky().map_or(0.0, |c| 2.0 * c.l().diagonal().map(f64::ln).sum())
+        Ok(Some(schur))
     }
 }
 
@@ -103,6 +106,8 @@ fn ridged(state: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
 pub struct Arrow<'a> {
     hypothesis: &'a Hypothesis,
     blocks: &'a [Block],
+    /// Whether a window is left out: its own states follow theta, which does not know of it.
+    left_out: &'a [bool],
 }
 
 /// A step of theta and of every window's states.
@@ -121,23 +126,26 @@ struct Reduced {
 }
 
 impl<'a> Arrow<'a> {
-    /// The blocks of all windows, for a hypothesis.
+    /// The blocks of all windows, for a hypothesis; those marked in `left_out` (as many, or none)
+    /// do not count for theta.
     #[must_use]
-    pub fn new(hypothesis: &'a Hypothesis, blocks: &'a [Block]) -> Self {
-        Self { hypothesis, blocks }
+    pub fn new(hypothesis: &'a Hypothesis, blocks: &'a [Block], left_out: &'a [bool]) -> Self {
+        Self { hypothesis, blocks, left_out }
     }
 
     /// Eliminate the states: theta in units of its prior, whose precision is the identity.
-    fn reduce(&self, theta: &[f64], damping: f64) -> Option<Reduced> {
+    fn reduce(&self, theta: &[f64], damping: f64) -> Result<Reduced, FitError> {
         let free = &self.hypothesis.free;
         let p = free.len();
         let (mut schur, mut gradient) = (DMatrix::zeros(p, p), DVector::zeros(p));
         let mut factors = Vec::with_capacity(self.blocks.len());
-        for b in self.blocks {
-            let factor = ridged(&b.state, damping).cholesky()?;
-            let solved = factor.solve(&b.cross);
-            schur += &b.theta - b.cross.tr_mul(&solved);
-            gradient += &b.theta_gradient - solved.tr_mul(&b.state_gradient);
+        for (k, b) in self.blocks.iter().enumerate() {
+            let factor = ridged(&b.state, damping).cholesky().ok_or(FitError::Singular)?;
+            if !self.left_out.get(k).is_some_and(|left_out| *left_out) {
+                let solved = factor.solve(&b.cross);
+                schur += &b.theta - b.cross.tr_mul(&solved);
+                gradient += &b.theta_gradient - solved.tr_mul(&b.state_gradient);
+            }
             factors.push(factor);
         }
         for i in 0..p {
@@ -147,12 +155,14 @@ impl<'a> Arrow<'a> {
             }
             schur[(i, i)] += 1.0;
         }
-        Some(Reduced { schur, gradient, factors })
+        Ok(Reduced { schur, gradient, factors })
     }
 
     /// A damped Gauss-Newton step from `theta`.
-    #[must_use]
-    pub fn step(&self, theta: &[f64], damping: f64) -> Option<Step> {
+    ///
+    /// # Errors
+    /// [`FitError::Singular`].
+    pub fn step(&self, theta: &[f64], damping: f64) -> Result<Step, FitError> {
         let free = &self.hypothesis.free;
         let Reduced { mut schur, gradient, factors } = self.reduce(theta, damping)?;
         for i in 0..free.len() {
@@ -168,7 +178,7 @@ impl<'a> Arrow<'a> {
         while !active.is_empty() {
             let matrix = schur.select_rows(&active).select_columns(&active);
             let right = gradient.select_rows(&active);
-            let solved = matrix.cholesky()?.solve(&right);
+            let solved = matrix.cholesky().ok_or(FitError::Singular)?.solve(&right);
             step.fill(0.0);
             for (&i, d) in active.iter().zip(solved.iter()) {
                 step[i] = d * free[i].sd;
@@ -192,16 +202,54 @@ impl<'a> Arrow<'a> {
             .zip(&factors)
             .map(|(b, factor)| factor.solve(&(&b.state_gradient - &b.cross * &taken)))
             .collect();
-        Some(Step { theta: moved, states })
+        Ok(Step { theta: moved, states })
     }
 
-    /// Precision of theta in units of its prior, states eliminated, and its log determinant
-    /// together with the memories'.
-    #[must_use]
-    pub fn precision(&self, theta: &[f64]) -> Option<(DMatrix<f64>, f64)> {
-        let schur = self.reduce(theta, 0.0)?.schur;
-        let log = 2.0 * schur.clone().cholesky()?.l().diagonal().map(f64::ln).sum();
-        let memory: f64 = self.blocks.iter().map(Block::log_determinant).sum();
-        Some((schur, log + memory))
+    /// Precision of theta in units of its prior, states eliminated; and that of the memories at
+    /// the recordings' beginnings.
+    ///
+    /// # Errors
+    /// [`FitError::Singular`].
+    pub fn precision(&self, theta: &[f64]) -> Result<Precision, FitError> {
+        let theta = self.reduce(theta, 0.0)?.schur;
+        let memory: Result<Vec<_>, _> = self.blocks.iter().map(Block::memory_precision).collect();
+        Ok(Precision { theta, memory: memory?.into_iter().flatten().collect() })
     }
+}
+
+/// What is known of theta and of the memories, in units of their priors, whose precision is the
+/// identity.
+#[derive(Clone, Debug)]
+pub struct Precision {
+    /// Of theta.
+    pub theta: DMatrix<f64>,
+    /// Of the memory at the beginning of each recording that has one.
+    pub memory: Vec<DMatrix<f64>>,
+}
+
+impl Precision {
+    /// Log determinant where data are worth one in `temperature`.
+    #[must_use]
+    pub fn log_determinant(&self, temperature: f64) -> f64 {
+        let one = |m: &DMatrix<f64>| {
+            // Rounding may leave what no datum touches a little below the prior's one.
+            let cooled = cooled(m, temperature);
+            cooled.cholesky().map_or(0.0, |c| 2.0 * c.l().diagonal().map(f64::ln).sum())
+        };
+        one(&self.theta) + self.memory.iter().map(one).sum::<f64>()
+    }
+
+    /// Covariance of theta in units of its prior where data are worth one in `temperature`; none
+    /// where it is not finite.
+    #[must_use]
+    pub fn covariance(&self, temperature: f64) -> Option<DMatrix<f64>> {
+        Some(cooled(&self.theta, temperature).cholesky()?.inverse())
+    }
+}
+
+/// The prior's precision is one; what data add is worth one in `temperature`.
+fn cooled(precision: &DMatrix<f64>, temperature: f64) -> DMatrix<f64> {
+    let n = precision.nrows();
+    let prior = DMatrix::identity(n, n);
+    &prior + (precision - &prior) / temperature
 }

@@ -1,17 +1,19 @@
 //! What all hypotheses share: the model, the recordings, the magnitudes of every channel.
 
+use super::Hypothesis;
 use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
 use crate::prediction::Predictor;
 use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
 use lacuna_effects::{Acts, Effect, Law, Scales};
+use lacuna_numbers::{Dual, Number};
 use lacuna_plants::Model;
 use lacuna_plants::model::{
-    Direction, Equations, ModelEffect, Observation, System, effective_inputs,
+    Direction, ModelEffect, Observation, SeriesEffect, System, effective_inputs,
 };
-use lacuna_plants::{Dual, Number};
 use lacuna_recordings::Sampling;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One value in so many is left out at either end of a channel's range.
 const ENDS: usize = 2000;
@@ -20,8 +22,6 @@ const ENDS: usize = 2000;
 pub struct Problem<'a> {
     /// The model.
     pub model: &'a Model,
-    /// Its equations, compiled.
-    pub equations: Equations,
     /// The recordings.
     pub dataset: &'a Dataset,
     /// The recordings' motion as they alone tell it.
@@ -30,7 +30,7 @@ pub struct Problem<'a> {
     pub sample: f64,
     /// One over the noise of each output.
     pub weights: Vec<f64>,
-    /// What the recordings see of the state, compiled.
+    /// What the recordings see of the state.
     pub observation: Observation,
     /// Noise of the coarsest output as a share of half its range.
     pub coarsest: f64,
@@ -40,6 +40,8 @@ pub struct Problem<'a> {
     channels: Vec<Scales>,
     /// Magnitudes of each input.
     inputs: Vec<Scales>,
+    /// Set from outside when nobody waits for fits any more.
+    cancelled: Option<&'a AtomicBool>,
 }
 
 impl<'a> Problem<'a> {
@@ -48,7 +50,6 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// A channel that cannot be smoothed.
     pub fn new(model: &'a Model, dataset: &'a Dataset) -> Result<Self, DiagnoseError> {
-        let equations = Equations::of(model);
         let smoothed = dataset
             .recordings
             .iter()
@@ -63,7 +64,6 @@ impl<'a> Problem<'a> {
         let share = |k: usize| dataset.noise_sd(k) / dataset.half_range(k);
         let mut this = Self {
             model,
-            equations,
             dataset,
             smoothed,
             sample,
@@ -73,6 +73,7 @@ impl<'a> Problem<'a> {
             hidden: hidden.collect(),
             channels: vec![],
             inputs: vec![],
+            cancelled: None,
         };
         for motion in &mut this.smoothed {
             super::hidden::guess(model, &this.hidden, motion);
@@ -80,6 +81,18 @@ impl<'a> Problem<'a> {
         this.channels = this.channel_scales();
         this.inputs = (0..model.inputs.len()).map(|j| this.input_scales(j)).collect();
         Ok(this)
+    }
+
+    /// The same, its fits to be given up as soon as `cancelled` is set.
+    #[must_use]
+    pub fn cancelled_by(self, cancelled: &'a AtomicBool) -> Self {
+        Self { cancelled: Some(cancelled), ..self }
+    }
+
+    /// Whether fits are to be given up.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.is_some_and(|c| c.load(Ordering::Relaxed))
     }
 
     /// Magnitudes that an effect on a channel (or input, or sensor) is judged by.
@@ -114,7 +127,16 @@ impl<'a> Problem<'a> {
     /// What the input effects among `effects` make of a recording's commands.
     #[must_use]
     pub fn effective_inputs(&self, effects: &[ModelEffect], observed: &Observed) -> Vec<f64> {
-        effective_inputs(effects, self.model.inputs.len(), &observed.times, &observed.commands)
+        let (m, commands) = (self.model.inputs.len(), observed.commands.clone());
+        effective_inputs(&SeriesEffect::inputs(effects), m, &observed.times, commands)
+    }
+
+    /// The motion of a hypothesis on a recording, given its path (rows of the whole state).
+    #[must_use]
+    pub fn motion(&self, h: &Hypothesis, r: usize, path: &[f64]) -> SmoothedRecording {
+        let system = System::with(self.model, &h.parameters, &h.effects);
+        let inputs = self.effective_inputs(&h.effects, &self.dataset.recordings[r]);
+        self.smoothed[r].along(&system, path, inputs)
     }
 
     /// Largest absolute command to an actuator.
@@ -129,8 +151,7 @@ impl<'a> Problem<'a> {
         // A twentieth of the noise: a search need not be finer.
         const TOLERANCE: f64 = 0.05;
         const MOST: usize = 4;
-        let model = (self.model, &self.equations);
-        Predictor::with_substeps(model, parameters, effects, self.dataset, 1)
+        Predictor::with_substeps(self.model, parameters, effects, self.dataset, 1)
             .needed_substeps(TOLERANCE, MOST)
     }
 
@@ -171,8 +192,9 @@ impl<'a> Problem<'a> {
                 let of = |s| (0..SmoothedRecording::len(s)).map(move |k| (s, k));
                 self.smoothed.iter().flat_map(of).map(|(s, k)| f(s, k)).collect()
             };
-            let q = series(&|s, k| s.local(c, None, k).q);
-            let v = series(&|s, k| s.local(c, None, k).v);
+            let place = self.model.place(c);
+            let q = series(&|s, k| s.state(k)[place.q]);
+            let v = series(&|s, k| s.state(k)[place.v]);
             let acceleration = deviation(&self.accelerations(c));
             Scales {
                 q: inner_range(q, ENDS),
@@ -191,7 +213,8 @@ impl<'a> Problem<'a> {
 
     /// Rate of change of a channel's velocity, or of a first-order state.
     fn accelerations(&self, channel: usize) -> Vec<f64> {
-        let at = |s: &SmoothedRecording, k: usize| s.local(channel, None, k).v;
+        let place = self.model.place(channel);
+        let at = |s: &SmoothedRecording, k: usize| s.state(k)[place.v];
         let slopes = |s: &'_ SmoothedRecording| -> Vec<f64> {
             // Over a few samples: what is left of the noise must not count.
             let gap = (s.len() / 200).clamp(1, 5);
@@ -208,14 +231,7 @@ impl<'a> Problem<'a> {
         let (model, n) = (self.model, self.model.coordinates.len());
         let at = |c: usize| {
             let push = [(Direction::Force(c), 0)];
-            let system = System::along(
-                model,
-                &self.equations,
-                &model.values(),
-                &model.effects,
-                &push,
-                self.sample,
-            );
+            let system = System::along(model, &model.values(), &model.effects, &push, self.sample);
             let mut w = system.workspace();
             let mut sum = 0.0;
             let mut count = 0.0;
@@ -225,7 +241,7 @@ impl<'a> Problem<'a> {
                     let mut x: Vec<Dual> = x.into_iter().map(Dual::constant).collect();
                     let m = model.inputs.len();
                     let u: Vec<Dual> =
-                        s.commands[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
+                        s.inputs[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
                     let h = 1e-3 * self.sample;
                     system.advance(&mut w, (s.times[k], s.times[k] + h), (&u, &u), 1, &mut x);
                     let slope = x[c + n].tangent[0] / h;
@@ -242,9 +258,10 @@ impl<'a> Problem<'a> {
 
     /// Half the range that a channel covers within an eighth of a recording, in the median.
     fn stroke(&self, channel: usize) -> f64 {
+        let place = self.model.place(channel);
         let mut strokes: Vec<f64> = Vec::new();
         for s in &self.smoothed {
-            let q: Vec<f64> = (0..s.len()).map(|k| s.local(channel, None, k).q).collect();
+            let q: Vec<f64> = (0..s.len()).map(|k| s.state(k)[place.q]).collect();
             strokes.extend(q.chunks(q.len().div_ceil(8)).map(|part| {
                 let (low, high) = inner_range(part.to_vec(), ENDS);
                 0.5 * (high - low)
@@ -259,7 +276,7 @@ impl<'a> Problem<'a> {
         let u: Vec<f64> = self
             .smoothed
             .iter()
-            .flat_map(|s| s.commands.iter().skip(j).step_by(m))
+            .flat_map(|s| s.inputs.iter().skip(j).step_by(m))
             .copied()
             .collect();
         let largest = u.iter().fold(0.0f64, |a, b| a.max(b.abs()));

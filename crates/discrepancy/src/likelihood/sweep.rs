@@ -1,10 +1,12 @@
 //! One recording run through in its windows, in plain or in dual numbers.
 
-use super::chain::{Chain, parameter_step};
+use super::chain::{Chain, Inputs};
+use super::end::Diverged;
 use super::{Hypothesis, Problem, Window};
+use crate::dataset::Observed;
 use lacuna_effects::Law;
-use lacuna_plants::model::{Direction, System};
-use lacuna_plants::{Dual, LANES, Number};
+use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::model::{Direction, SeriesEffect, System, effective_inputs};
 use rayon::prelude::*;
 
 /// The states with which the windows of one recording begin.
@@ -26,23 +28,28 @@ pub struct Columns {
     pub by: Vec<Vec<f64>>,
 }
 
-/// Sum of squares of the weighted residuals of a recording; infinite where the model diverges.
-#[must_use]
+/// Sum of squares of the weighted residuals of each window of a recording.
+///
+/// # Errors
+/// [`Diverged`].
 pub fn squares(
     problem: &Problem,
     hypothesis: &Hypothesis,
     windows: &[Window],
     starts: &Starts,
     substeps: usize,
-) -> f64 {
-    let mut sum = 0.0;
-    let followed = residuals(problem, hypothesis, windows, starts, substeps, |r| {
-        sum += r.iter().map(|r| r * r).sum::<f64>();
-    });
-    if followed && sum.is_finite() { sum } else { f64::INFINITY }
+) -> Result<Vec<f64>, Diverged> {
+    let mut sums = Vec::with_capacity(windows.len());
+    residuals(problem, hypothesis, windows, starts, substeps, |r| {
+        sums.push(r.iter().map(|r| r * r).sum::<f64>());
+    })?;
+    Ok(sums)
 }
 
-/// Weighted residuals of each window of a recording, in order; `false` where the model diverges.
+/// Weighted residuals of each window of a recording, in order.
+///
+/// # Errors
+/// [`Diverged`], after the windows before it.
 pub fn residuals(
     problem: &Problem,
     hypothesis: &Hypothesis,
@@ -50,7 +57,7 @@ pub fn residuals(
     starts: &Starts,
     substeps: usize,
     mut each: impl FnMut(Vec<f64>),
-) -> bool {
+) -> Result<(), Diverged> {
     let residual = |w: &Window, out: Vec<Vec<f64>>| {
         let mut residual = Vec::new();
         scan(problem, w, &out, |measured, y, weight| residual.push((measured - y) * weight));
@@ -59,24 +66,25 @@ pub fn residuals(
     run_through(problem, hypothesis, (windows, starts), substeps, |_| (), residual)
 }
 
-/// The whole state at each sample of a recording, windows run through; empty where it diverges.
-#[must_use]
+/// The whole state at each sample of a recording, windows run through.
+///
+/// # Errors
+/// [`Diverged`].
 pub fn trajectory(
     problem: &Problem,
     hypothesis: &Hypothesis,
     windows: &[Window],
     starts: &Starts,
     substeps: usize,
-) -> Vec<f64> {
+) -> Result<Vec<f64>, Diverged> {
     let mut out = Vec::new();
     let visit = |x: &[f64]| out.extend_from_slice(x);
-    let followed = run_through(problem, hypothesis, (windows, starts), substeps, visit, |_, _| ());
-    if followed { out } else { vec![] }
+    run_through(problem, hypothesis, (windows, starts), substeps, visit, |_, _| ())?;
+    Ok(out)
 }
 
 /// Run through the windows of a recording, memory running on from each to the next: `visit` the
-/// whole state at each sample, then hand on each window's outputs. `false` where the model
-/// diverges.
+/// whole state at each sample, then hand on each window's outputs.
 fn run_through(
     problem: &Problem,
     h: &Hypothesis,
@@ -84,46 +92,46 @@ fn run_through(
     substeps: usize,
     mut visit: impl FnMut(&[f64]),
     mut each: impl FnMut(&Window, Vec<Vec<f64>>),
-) -> bool {
+) -> Result<(), Diverged> {
     let observed = &problem.dataset.recordings[windows[0].recording];
     let chain = Chain {
         problem,
-        effects: &h.effects,
         observed,
-        system: System::with(problem.model, &problem.equations, &h.parameters, &h.effects),
+        system: System::with(problem.model, &h.parameters, &h.effects),
         bound: problem.observation.bind(&h.parameters),
-        inputs: problem.effective_inputs(&h.effects, observed),
-        input_lanes: vec![],
-        sensor_lanes: vec![],
+        inputs: Inputs::Fixed(problem.effective_inputs(&h.effects, observed)),
+        sensors: SeriesEffect::sensors(&h.effects),
         substeps,
     };
     let machine = problem.model.machine_states();
     let mut memory = starts.memory.clone();
     for (w, x) in windows.iter().zip(&starts.machine) {
         let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
-        let Some(out) = chain.window(w, &mut state, &mut visit) else { return false };
+        let out = chain.window(w, &mut state, &mut visit)?;
         memory.copy_from_slice(&state[machine..]);
         each(w, out);
     }
-    true
+    Ok(())
 }
 
 /// Residuals of the windows of one recording with their derivatives by the machine's states,
-/// the memory and theta. `None` where the model diverges.
+/// the memory and theta.
 ///
 /// Memory that runs on into a window is taken to depend on theta, not on the states of the
 /// windows before it.
-#[must_use]
+///
+/// # Errors
+/// [`Diverged`].
 pub fn linearise(
     problem: &Problem,
     hypothesis: &Hypothesis,
     windows: &[Window],
     starts: &Starts,
     substeps: usize,
-) -> Option<Vec<Columns>> {
+) -> Result<Vec<Columns>, Diverged> {
     let machine = problem.model.machine_states();
     let entries = machine + starts.memory.len() + hypothesis.free.len();
-    let parts: Option<Vec<Vec<Columns>>> = (0..entries.div_ceil(LANES))
+    let parts: Result<Vec<Vec<Columns>>, Diverged> = (0..entries.div_ceil(LANES))
         .into_par_iter()
         .map(|chunk| {
             let lanes = chunk * LANES..((chunk + 1) * LANES).min(entries);
@@ -137,7 +145,7 @@ pub fn linearise(
             columns.by.extend(part.by);
         }
     }
-    Some(all)
+    Ok(all)
 }
 
 /// Some of the entries, carried along in the lanes of dual numbers.
@@ -165,55 +173,46 @@ impl Lanes<'_> {
         let (problem, h) = (self.problem, self.hypothesis);
         let observed = &problem.dataset.recordings[self.windows[0].recording];
         let directions: Vec<(Direction, usize)> =
-            self.theta().filter_map(|(j, lane)| Some((h.direction(j)?, lane))).collect();
+            self.theta().map(|(j, lane)| (h.direction(j), lane)).collect();
         let mut numbers: Vec<Dual> = h.parameters.iter().map(|&p| Dual::constant(p)).collect();
         for &(d, lane) in &directions {
             if let Direction::Parameter(k) = d {
                 numbers[k] = Dual::direction(h.parameters[k], lane);
             }
         }
-        let inputs = problem.effective_inputs(&h.effects, observed);
-        let (mut input_lanes, mut sensor_lanes) = (vec![], vec![]);
-        for (j, lane) in self.theta() {
-            let super::What::Effect(e, p) = h.free[j].what else { continue };
-            match h.effects[e].effect.law {
-                Law::Input(_) => input_lanes.push((lane, self.input_slope(e, p, &inputs))),
-                Law::Sensor(_) => sensor_lanes.push((e, p, lane)),
-                Law::Force(_) => {}
-            }
-        }
         Chain {
             problem,
-            effects: &h.effects,
             observed,
             system: System::along(
                 problem.model,
-                &problem.equations,
                 &h.parameters,
                 &h.effects,
                 &directions,
                 problem.sample,
             ),
             bound: problem.observation.bind(&numbers),
-            inputs,
-            input_lanes,
-            sensor_lanes,
+            inputs: self.inputs(observed, &directions),
+            sensors: SeriesEffect::sensors_along(&h.effects, &directions),
             substeps: self.substeps,
         }
     }
 
-    /// Derivative of the effective inputs by a parameter of an input effect.
-    fn input_slope(&self, effect: usize, parameter: usize, inputs: &[f64]) -> Vec<f64> {
-        let problem = self.problem;
-        let observed = &problem.dataset.recordings[self.windows[0].recording];
-        let mut effects = self.hypothesis.effects.clone();
-        let step = parameter_step(&effects[effect], parameter, problem.sample);
-        effects[effect].parameters[parameter] += step;
-        let moved = problem.effective_inputs(&effects, observed);
-        moved.iter().zip(inputs).map(|(a, b)| (a - b) / step).collect()
+    /// The effective inputs, with derivatives where a parameter of an actuator is in these lanes.
+    fn inputs(&self, observed: &Observed, directions: &[(Direction, usize)]) -> Inputs<Dual> {
+        let (problem, effects) = (self.problem, &self.hypothesis.effects);
+        let on_input = |e: usize| matches!(effects[e].effect.law, Law::Input(_));
+        let moves =
+            directions.iter().any(|(d, _)| matches!(*d, Direction::Effect(e, _) if on_input(e)));
+        if !moves {
+            return Inputs::Fixed(problem.effective_inputs(effects, observed));
+        }
+        let along = SeriesEffect::inputs_along(effects, directions);
+        let commands = observed.commands.iter().map(|&u| Dual::constant(u)).collect();
+        let m = problem.model.inputs.len();
+        Inputs::Moving(effective_inputs(&along, m, &observed.times, commands))
     }
 
-    fn run(&self) -> Option<Vec<Columns>> {
+    fn run(&self) -> Result<Vec<Columns>, Diverged> {
         let (chain, slopes) = (self.chain(), self.slopes());
         let machine = self.problem.model.machine_states();
         let seed = |value: f64, entry: usize| match self.lane(entry) {
@@ -231,7 +230,7 @@ impl Lanes<'_> {
             self.forget(&mut memory);
             all.push(self.columns(w, &out, &slopes));
         }
-        Some(all)
+        Ok(all)
     }
 
     /// Memory forgets the states of the window that it leaves.

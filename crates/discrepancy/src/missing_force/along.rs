@@ -3,9 +3,10 @@
 use super::Belief;
 use crate::likelihood::Problem;
 use crate::trajectories::SmoothedRecording;
-use lacuna_effects::{ForceLaw, Law};
+use lacuna_effects::{AnyForceLaw, At, Channel, Law};
+use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::model::ModelEffect;
-use lacuna_plants::{Dual, Hold, LANES, Number};
+use lacuna_plants::{Hold, Model};
 
 /// What a recording's smoothed motion asks of the model, sample by sample: the residual
 /// R = M q'' - F of every coordinate and h' - D of every first-order state, and its derivatives.
@@ -66,7 +67,7 @@ impl<'p> Along<'p> {
         }
         for effect in belief.effects {
             if let Law::Force(law) = effect.effect.law {
-                this.add_effect(law, effect);
+                this.add_effect(model, law, effect);
             }
         }
         this
@@ -90,8 +91,10 @@ impl<'p> Along<'p> {
                 parameters[p] = Dual::direction(belief.parameters[p], lane);
             }
         }
-        let bound = problem.equations.bind(&parameters);
-        let mut outputs = vec![Dual::constant(0.0); problem.equations.outputs()];
+        let dynamics = problem.model.dynamics();
+        let bound = dynamics.bind_dual(&parameters);
+        let mut room = bound.room();
+        let mut outputs = vec![Dual::constant(0.0); dynamics.sizes().rates()];
         let mut variables = vec![Dual::constant(0.0); self.states + m + 1];
         for k in 0..self.motion.len() {
             for (i, &x) in self.motion.state(k).iter().enumerate() {
@@ -102,7 +105,7 @@ impl<'p> Along<'p> {
             for (to, &value) in variables[self.states..].iter_mut().zip(rest) {
                 *to = Dual::constant(value);
             }
-            problem.equations.evaluate(&bound, &variables, &mut outputs);
+            bound.evaluate(&mut room, &variables, &mut outputs);
             let (mass, force) = outputs.split_at(n * n);
             for (to, from) in self.mass[k * n * n..].iter_mut().zip(mass) {
                 *to = from.value;
@@ -110,7 +113,7 @@ impl<'p> Along<'p> {
             for (c, force) in force.iter().enumerate() {
                 let mut residual = if c < n {
                     (0..n).fold(Dual::constant(0.0), |sum, j| {
-                        sum + mass[c * n + j].scaled(self.motion.rate(k, n + j))
+                        sum + mass[c * n + j] * Dual::constant(self.motion.rate(k, n + j))
                     })
                 } else {
                     Dual::constant(self.motion.rate(k, c + n))
@@ -133,14 +136,16 @@ impl<'p> Along<'p> {
     /// Inputs are held: at a sample the force takes the mean of what it is before and after.
     fn follow_jumps(&mut self, problem: &Problem, belief: &Belief, inputs: &[f64]) {
         let (n, m) = (self.coordinates, problem.model.inputs.len());
-        let bound = problem.equations.bind(&belief.parameters);
-        let mut outputs = vec![0.0; problem.equations.outputs()];
+        let dynamics = problem.model.dynamics();
+        let bound = dynamics.bind(&belief.parameters);
+        let mut room = bound.room();
+        let mut outputs = vec![0.0; dynamics.sizes().rates()];
         let mut variables = vec![0.0; self.states + m + 1];
         let mut forces = |k: usize, u: &[f64], into: &mut Vec<f64>| {
             variables[..self.states].copy_from_slice(self.motion.state(k));
             variables[self.states..self.states + m].copy_from_slice(u);
             variables[self.states + m] = self.motion.times[k];
-            problem.equations.evaluate(&bound, &variables, &mut outputs);
+            bound.evaluate(&mut room, &variables, &mut outputs);
             into.clear();
             into.extend_from_slice(&outputs[n * n..]);
         };
@@ -160,16 +165,16 @@ impl<'p> Along<'p> {
         }
     }
 
-    /// Take the force of an effect out of the residual. How it depends on the motion is told by
-    /// differences; memory is taken to run on unchanged.
-    fn add_effect(&mut self, law: &'static dyn ForceLaw, effect: &ModelEffect) {
+    /// Take the force of an effect out of the residual; memory is taken to run on unchanged.
+    fn add_effect(&mut self, model: &Model, law: &dyn AnyForceLaw, effect: &ModelEffect) {
         let internal = law.internal(&effect.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
-        let series = self.motion.basis(law, shape, effect.channel, effect.other);
+        let channels = model.places(effect.channel, effect.other);
+        let series = self.motion.basis(law, shape, &channels);
         let sides = [(effect.channel, 1.0)].into_iter();
         let sides: Vec<(usize, f64)> =
             sides.chain(effect.other.filter(|_| law.reacts()).map(|o| (o, -1.0))).collect();
-        let slopes = Slopes::of(self, law, effect, amplitudes, shape);
+        let slopes = Slopes::of(self, law, &channels, amplitudes, shape);
         for k in 0..self.motion.len() {
             let force: f64 = amplitudes.iter().zip(&series).map(|(a, b)| a * b[k]).sum();
             for &(c, sign) in &sides {
@@ -240,43 +245,39 @@ struct Slopes {
 impl Slopes {
     fn of(
         along: &Along,
-        law: &dyn ForceLaw,
-        effect: &ModelEffect,
+        law: &dyn AnyForceLaw,
+        channels: &[Channel],
         amplitudes: &[f64],
         shape: &[f64],
     ) -> Self {
-        let (n, motion) = (along.coordinates, along.motion);
-        if law.memory() > 0 {
+        let motion = along.motion;
+        let mut states: Vec<usize> = channels.iter().flat_map(|c| [c.q, c.v]).collect();
+        states.sort_unstable();
+        states.dedup();
+        if law.memory() > 0 || states.len() > LANES {
             return Self { states: vec![], values: vec![] };
         }
-        let q = |c: usize| if c < n { c } else { c + n };
-        let mut states = vec![q(effect.channel)];
-        states.extend((effect.channel < n).then_some(effect.channel + n));
-        states.extend(effect.other.into_iter().flat_map(|o| [q(o), o + n]));
-        let mut basis = vec![0.0; law.amplitudes()];
-        let mut force = |moved: Option<(usize, f64)>, k: usize| {
-            let mut at = motion.local(effect.channel, effect.other, k);
-            if let Some((state, step)) = moved {
-                let entries = [
-                    (q(effect.channel), &mut at.q),
-                    (effect.channel + n, &mut at.v),
-                    (effect.other.map_or(usize::MAX, q), &mut at.other_q),
-                    (effect.other.map_or(usize::MAX, |o| o + n), &mut at.other_v),
-                ];
-                for (_, entry) in entries.into_iter().filter(|e| e.0 == state) {
-                    *entry += step;
-                }
-            }
-            law.basis(shape, &at, &[], &mut basis);
-            amplitudes.iter().zip(&basis).map(|(a, b)| a * b).sum::<f64>()
-        };
+        let constants =
+            |values: &[f64]| -> Vec<Dual> { values.iter().map(|&v| Dual::constant(v)).collect() };
+        let (amplitudes, shape) = (constants(amplitudes), constants(shape));
         let mut values = Vec::with_capacity(motion.len() * states.len());
         for k in 0..motion.len() {
-            for &state in &states {
-                let step = 1e-6 * motion.state(k)[state].abs() + 1e-9;
-                let [low, high] = [-step, step].map(|s| force(Some((state, s)), k));
-                values.push((high - low) / (2.0 * step));
+            let here = motion.at(channels, k);
+            let (mut state, inputs) = (constants(here.state), constants(here.inputs));
+            for (lane, &i) in states.iter().enumerate() {
+                state[i] = Dual::direction(here.state[i], lane);
             }
+            let at = At {
+                t: here.t,
+                sample: here.sample,
+                state: &state,
+                channels,
+                inputs: &inputs,
+                memory: &[],
+                acceleration: Dual::constant(here.acceleration),
+            };
+            let force = law.dual().force(&amplitudes, &shape, &at);
+            values.extend_from_slice(&force.tangent[..states.len()]);
         }
         Self { states, values }
     }

@@ -1,7 +1,6 @@
 //! Which variables the missing force depends on.
 
 use super::evidence::{Evidence, Part, Supposed};
-use crate::search::gain::THRESHOLD;
 
 /// What is chosen.
 #[derive(Clone, Debug)]
@@ -16,7 +15,8 @@ pub(super) struct Chosen {
 const START: [(usize, [usize; 3]); 2] = [(1, [1, 4, 5]), (usize::MAX, [0, 2, 6])];
 
 /// The variable of most evidence, then others as long as they are significant.
-pub(super) fn choose(evidence: &Evidence) -> Option<Chosen> {
+/// A further variable must gain `least` nats.
+pub(super) fn choose(evidence: &Evidence, least: f64) -> Option<Chosen> {
     let (null, mut top) = evidence.best(&Supposed { white: 1, parts: vec![] })?;
     let mut chosen = Chosen { supposed: null, gains: vec![] };
     for round in 0..evidence.variables.len() {
@@ -32,7 +32,7 @@ pub(super) fn choose(evidence: &Evidence) -> Option<Chosen> {
         let found = tried.filter_map(|s| evidence.best(&s));
         let best = found.max_by(|a, b| a.1.total_cmp(&b.1));
         let Some((supposed, evidence)) = best else { break };
-        if round > 0 && evidence - top < THRESHOLD {
+        if round > 0 && evidence - top < least {
             break;
         }
         chosen.gains.push(evidence - top);

@@ -108,10 +108,10 @@ impl Knots {
 
 /// A variable of a channel at sample `k`.
 pub(super) fn value(motion: &SmoothedRecording, channel: usize, over: Over, k: usize) -> f64 {
-    let at = motion.local(channel, None, k);
+    let (n, state) = (motion.coordinates(), motion.state(k));
     match over {
-        Over::Coordinate => at.q,
-        Over::Velocity => at.v,
-        Over::Time => at.t,
+        Over::Coordinate => state[if channel < n { channel } else { channel + n }],
+        Over::Velocity => state[channel + n],
+        Over::Time => motion.times[k],
     }
 }

@@ -75,14 +75,17 @@ pub struct Belief<'a> {
     pub uncertain: Vec<usize>,
     /// Effects that act, the model's own among them.
     pub effects: &'a [ModelEffect],
+    /// Nats that a force over a further variable must gain.
+    pub prior_odds: f64,
 }
 
 impl<'a> Belief<'a> {
     /// A model as it is: its parameters within their tolerances, its own effects.
     #[must_use]
-    pub fn of(model: &'a Model) -> Self {
+    pub fn of(model: &'a Model, prior_odds: f64) -> Self {
         let uncertain = (0..model.parameters.len()).filter(|&k| model.parameters[k].std() > 0.0);
-        Self { parameters: model.values(), uncertain: uncertain.collect(), effects: &model.effects }
+        let uncertain = uncertain.collect();
+        Self { parameters: model.values(), uncertain, effects: &model.effects, prior_odds }
     }
 }
 
@@ -169,7 +172,7 @@ fn learn(
                 }
                 let scale = scale(&all, c);
                 let evidence = Evidence::new(rows, variables, &tolerances, scale);
-                let chosen = choose(&evidence)?;
+                let chosen = choose(&evidence, belief.prior_odds)?;
                 Some(Study { evidence, chosen })
             })
             .collect();

@@ -1,10 +1,10 @@
-//! Predictions of a model that was read from a file of equations.
+//! Predictions of a model.
 
 use super::state::{self, Runner};
 use super::{Prediction, Series, substeps, until_diverged};
 use crate::dataset::{Dataset, Observed};
-use lacuna_plants::expression::Bound;
-use lacuna_plants::model::{Equations, Measured, ModelEffect, Observation};
+use lacuna_plants::dynamics::Bound;
+use lacuna_plants::model::{Measured, ModelEffect, Observation};
 use lacuna_plants::{Model, Plant, System, rk4_sampled};
 use std::ops::Range;
 
@@ -29,26 +29,25 @@ impl<'a> Predictor<'a> {
     /// A model with its own parameters and effects.
     #[must_use]
     pub fn new(model: &Model, dataset: &'a Dataset) -> Self {
-        Self::with(model, &Equations::of(model), &model.values(), &model.effects, dataset)
+        Self::with(model, &model.values(), &model.effects, dataset)
     }
 
     /// A model with other parameters and effects.
     #[must_use]
     pub fn with(
         model: &Model,
-        equations: &Equations,
         parameters: &[f64],
         effects: &[ModelEffect],
         dataset: &'a Dataset,
     ) -> Self {
-        let mut this = Self::with_substeps((model, equations), parameters, effects, dataset, 1);
+        let mut this = Self::with_substeps(model, parameters, effects, dataset, 1);
         this.substeps = this.needed_substeps(substeps::TOLERANCE, substeps::MOST);
         this
     }
 
     /// The same with a given number of RK4 steps a sample.
     pub(crate) fn with_substeps(
-        (model, equations): (&Model, &Equations),
+        model: &Model,
         parameters: &[f64],
         effects: &[ModelEffect],
         dataset: &'a Dataset,
@@ -60,7 +59,7 @@ impl<'a> Predictor<'a> {
         let observation = Observation::of(&model, &measured);
         let bound = observation.bind(parameters);
         let weights = (0..measured.len()).map(|k| 1.0 / dataset.noise_sd(k)).collect();
-        let system = System::with(&model, equations, parameters, effects);
+        let system = System::with(&model, parameters, effects);
         Self { model, system, observation, bound, dataset, weights, substeps }
     }
 

@@ -4,7 +4,8 @@ use super::local::{Along, Local};
 use super::{Drive, Screen};
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::sweep;
-use lacuna_effects::Law;
+use lacuna_effects::{AnySeriesLaw, Law};
+use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::Measured;
 
 /// What drives the linearised motion: where, the series, its sign.
@@ -16,7 +17,11 @@ impl Screen<'_> {
         let Candidate { effect, channel, other } = term.candidate;
         match effect.law {
             Law::Force(law) => {
-                let series = along.motion.basis(law, &term.shape, channel, other);
+                let series = along.motion.basis(
+                    law,
+                    &term.shape,
+                    &self.problem.model.places(channel, other),
+                );
                 let reaction = other.filter(|_| law.reacts());
                 series
                     .into_iter()
@@ -32,7 +37,7 @@ impl Screen<'_> {
                 let m = self.problem.model.inputs.len();
                 let u: Vec<f64> =
                     along.maps.inputs.iter().skip(channel).step_by(m).copied().collect();
-                let made = law.transform(&term.shape, &along.motion.times, &u);
+                let made = law.plain().applied(&term.shape, &along.motion.times, &u);
                 let change = made.iter().zip(&u).map(|(a, b)| a - b).collect();
                 vec![vec![(Drive::Input(channel), change, 1.0)]]
             }
@@ -53,7 +58,7 @@ impl Screen<'_> {
     /// Weighted change of the measured samples of a window per unit of a sensor's parameter.
     pub(super) fn sensed(
         &self,
-        law: &dyn lacuna_effects::SensorLaw,
+        law: &dyn AnySeriesLaw,
         term: &Term,
         along: &Along,
         local: &Local,
@@ -61,11 +66,11 @@ impl Screen<'_> {
         let range = &local.window.range;
         let times = &along.motion.times[range.clone()];
         let state = term.candidate.channel;
-        let truth: Vec<f64> = range.clone().map(|k| along.motion.state(k)[state]).collect();
-        let ideal = law.ideal();
-        let step = 1e-3 * if ideal[0] == 0.0 { self.problem.sample } else { 1.0 };
-        let moved = law.observe(&[ideal[0] + step], times, &truth);
-        let change = moved.iter().zip(&truth).map(|(a, b)| (a - b) / step).collect::<Vec<_>>();
+        let value = |k: usize| Dual::constant(along.motion.state(k)[state]);
+        let truth: Vec<Dual> = range.clone().map(value).collect();
+        let ideal = Dual::direction(term.candidate.effect.nature.ideal[0], 0);
+        let moved = law.dual().applied(&[ideal], times, &truth);
+        let change: Vec<f64> = moved.iter().map(|y| y.tangent[0]).collect();
         let is = |o: &crate::Output| matches!(o.of, Measured::State(i) if i == state);
         let zero = || vec![0.0; range.len()];
         let outputs = &self.problem.dataset.outputs;

@@ -3,7 +3,7 @@
 use super::{Scored, Screen};
 use crate::candidates::{Candidate, Term};
 use crate::range::inner_range;
-use lacuna_effects::find;
+use lacuna_effects::curve;
 use rayon::prelude::*;
 
 /// The variable that a curve is over, by its number in the law's `over`.
@@ -46,20 +46,19 @@ impl Screen<'_> {
     #[must_use]
     pub fn curve(&self, channel: usize, over: Over) -> Option<Term> {
         let (from, to) = self.range(channel, over);
-        let effect = find("unknown_function")?;
-        let candidate = Candidate { effect, channel, other: None };
+        let candidate = Candidate { effect: curve(), channel, other: None };
         (to > from).then(|| Term { candidate, shape: vec![from, to, f64::from(over as u8)] })
     }
 
     fn range(&self, channel: usize, over: Over) -> (f64, f64) {
+        let place = self.problem.model.place(channel);
         let mut values: Vec<f64> = Vec::new();
         for a in &self.recordings {
             for k in 0..a.motion.len() {
-                let at = a.motion.local(channel, None, k);
                 values.push(match over {
-                    Over::Coordinate => at.q,
-                    Over::Velocity => at.v,
-                    Over::Time => at.t,
+                    Over::Coordinate => a.motion.state(k)[place.q],
+                    Over::Velocity => a.motion.state(k)[place.v],
+                    Over::Time => a.motion.times[k],
                 });
             }
         }

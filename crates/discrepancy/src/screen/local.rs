@@ -2,7 +2,7 @@
 
 use super::Maps;
 use crate::likelihood::normal::Block;
-use crate::likelihood::{Fit, Problem, Window, sweep};
+use crate::likelihood::{Fit, FitError, Window, sweep};
 use crate::trajectories::SmoothedRecording;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -26,12 +26,10 @@ pub(super) struct Local {
     pub(super) rest: DVector<f64>,
 }
 
-/// Linearise one recording of a fit along `path`; none where it diverges.
-pub(super) fn along(problem: &Problem, fit: &Fit, r: usize, path: &[f64]) -> Option<Along> {
-    let samples = problem.smoothed[r].len();
-    if path.len() < samples || !path.len().is_multiple_of(samples) {
-        return None;
-    }
+/// Linearise one recording of a fit along `path`.
+pub(super) fn along(fit: &Fit, r: usize, path: &[f64]) -> Result<Along, FitError> {
+    let problem = fit.problem;
+    let motion = problem.motion(&fit.hypothesis, r, path);
     let windowed = &fit.windowed;
     let (windows, starts) = (&windowed.windows[r], &windowed.starts[r]);
     let all = sweep::linearise(problem, &fit.hypothesis, windows, starts, fit.substeps)?;
@@ -43,11 +41,11 @@ pub(super) fn along(problem: &Problem, fit: &Fit, r: usize, path: &[f64]) -> Opt
         let factor = block.eliminable()?;
         let (cross, rest) = (factor.solve(&block.cross), factor.solve(&block.state_gradient));
         let window = window.clone();
-        Some(Local { window, columns, states, unused, factor, cross, rest })
+        Ok(Local { window, columns, states, unused, factor, cross, rest })
     };
-    let windows: Option<Vec<Local>> = all.into_iter().zip(windows).enumerate().map(local).collect();
-    let motion = problem.smoothed[r].along(path, path.len() / samples);
-    Some(Along { motion, maps: Maps::new(problem, fit, r, path), windows: windows? })
+    let all = all.into_iter().zip(windows).enumerate();
+    let windows: Result<Vec<Local>, FitError> = all.map(local).collect();
+    Ok(Along { motion, maps: Maps::new(fit, r, path), windows: windows? })
 }
 
 /// Sum of products, in eight sums side by side: one after the other each would wait for the last.

@@ -8,8 +8,9 @@
 //! outputs change by. The derivatives are exact: those of the Runge-Kutta step itself.
 
 use crate::likelihood::{Fit, Problem};
+use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::Hold;
 use lacuna_plants::model::{Direction, Measured, System};
-use lacuna_plants::{Dual, Hold, LANES, Number};
 use rayon::prelude::*;
 
 /// A recording's maps from sample to sample.
@@ -42,7 +43,8 @@ pub enum Drive {
 impl Maps {
     /// Linearise a recording along the states `path` (rows of the whole state).
     #[must_use]
-    pub fn new(problem: &Problem, fit: &Fit, recording: usize, path: &[f64]) -> Self {
+    pub fn new(fit: &Fit, recording: usize, path: &[f64]) -> Self {
+        let problem = fit.problem;
         let (model, h) = (problem.model, &fit.hypothesis);
         let observed = &problem.dataset.recordings[recording];
         let m = model.inputs.len();
@@ -125,7 +127,7 @@ impl Maps {
 
 struct Linear<'p> {
     problem: &'p Problem<'p>,
-    fit: &'p Fit,
+    fit: &'p Fit<'p>,
     times: &'p [f64],
     inputs: &'p [f64],
     width: usize,
@@ -144,9 +146,7 @@ impl Linear<'_> {
         let forces: Vec<(Direction, usize)> = (0..model.channels())
             .filter_map(|c| Some((Direction::Force(c), lane(self.width + c)?)))
             .collect();
-        let equations = &problem.equations;
-        let system =
-            System::along(model, equations, &h.parameters, &h.effects, &forces, problem.sample);
+        let system = System::along(model, &h.parameters, &h.effects, &forces, problem.sample);
         let mut workspace = system.workspace();
         let seed = |value: f64, entry: usize| match lane(entry) {
             Some(l) => Dual::direction(value, l),

@@ -22,7 +22,7 @@ mod local;
 mod maps;
 
 use crate::candidates::{Candidate, Term};
-use crate::likelihood::{Fit, Problem};
+use crate::likelihood::{Fit, FitError, Problem};
 pub use curves::Over;
 use lacuna_effects::{Law, Prior};
 use local::{Along, along, dot, dots};
@@ -33,7 +33,7 @@ use rayon::prelude::*;
 /// A fit, linearised.
 pub struct Screen<'p> {
     problem: &'p Problem<'p>,
-    fit: &'p Fit,
+    fit: &'p Fit<'p>,
     recordings: Vec<Along>,
     /// Normal equations of theta in units of its prior, states eliminated.
     theta: DMatrix<f64>,
@@ -63,12 +63,14 @@ pub struct Scored {
 }
 
 impl<'p> Screen<'p> {
-    /// Linearise a fit; `None` where it diverges.
-    #[must_use]
-    pub fn new(problem: &'p Problem<'p>, fit: &'p Fit) -> Option<Self> {
-        let paths = fit.paths(problem);
-        let recordings: Option<Vec<Along>> =
-            (0..paths.len()).map(|r| along(problem, fit, r, &paths[r])).collect();
+    /// Linearise a fit.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn new(fit: &'p Fit<'p>) -> Result<Self, FitError> {
+        let (problem, paths) = (fit.problem, fit.paths()?);
+        let recordings: Result<Vec<Along>, FitError> =
+            (0..paths.len()).map(|r| along(fit, r, &paths[r])).collect();
         let recordings = recordings?;
         let free = &fit.hypothesis.free;
         let p = free.len();
@@ -94,10 +96,12 @@ impl<'p> Screen<'p> {
             }
             theta[(i, i)] += 1.0;
         }
-        Some(Self { problem, fit, recordings, theta, gradient, inflation })
+        Ok(Self { problem, fit, recordings, theta, gradient, inflation })
     }
 
-    /// Every candidate with the shape that gains most, the best first.
+    /// Every candidate with its best shape, the one that gains most first. What a candidate gains
+    /// is summed over its shapes, each of which is as likely as the others before any data:
+    /// `log mean exp gain`.
     #[must_use]
     pub fn score(&self, candidates: &[Candidate]) -> Vec<Scored> {
         let mut best: Vec<Scored> = candidates
@@ -105,11 +109,16 @@ impl<'p> Screen<'p> {
             .filter_map(|c| {
                 let scales = self.problem.scales(c.effect, c.channel, c.other);
                 let shapes = c.shapes(&scales);
+                let count = shapes.len() as f64;
                 let tried = shapes.into_par_iter().filter_map(|shape| {
                     let term = Term { candidate: *c, shape };
                     self.gain(term).filter(|s| s.gain.is_finite())
                 });
-                tried.collect::<Vec<_>>().into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
+                let tried: Vec<Scored> = tried.collect();
+                let top = tried.iter().map(|s| s.gain).fold(f64::NEG_INFINITY, f64::max);
+                let sum: f64 = tried.iter().map(|s| (s.gain - top).exp()).sum();
+                let best = tried.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+                Some(Scored { gain: top + (sum / count).ln(), ..best })
             })
             .collect();
         best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -119,38 +128,38 @@ impl<'p> Screen<'p> {
     /// What one term gains.
     #[must_use]
     pub fn gain(&self, term: Term) -> Option<Scored> {
-        let (sd, signs, price) = self.priors(&term);
+        let (sd, magnitude) = self.priors(&term);
         let normal = self.amplitudes(&term)?;
         let (gain, amplitudes, covariance) = self.solve(&normal, &sd);
         let std = (0..amplitudes.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
-        let wrong = signs && amplitudes.iter().sum::<f64>() < 0.0;
-        (!wrong).then_some(Scored { term, gain: gain - price, amplitudes, std })
+        let wrong = magnitude && amplitudes.iter().sum::<f64>() < 0.0;
+        // The prior of a magnitude has its mass on one side.
+        let sides = if magnitude { amplitudes.len() as f64 } else { 0.0 };
+        let gain = gain + sides * std::f64::consts::LN_2;
+        (!wrong).then_some(Scored { term, gain, amplitudes, std })
     }
 
-    /// Prior standard deviations of the amplitudes, whether they must be positive, and nats for
-    /// every shape parameter that a grid has chosen.
-    fn priors(&self, term: &Term) -> (Vec<f64>, bool, f64) {
+    /// Prior standard deviations of the amplitudes, and whether they are magnitudes, which cannot
+    /// be negative.
+    fn priors(&self, term: &Term) -> (Vec<f64>, bool) {
         let Candidate { effect, channel, other } = term.candidate;
-        let scales = self.problem.scales(effect, channel, other);
+        let priors = (effect.priors)(&self.problem.scales(effect, channel, other));
         let sd = |p: &Prior| match *p {
             Prior::Normal { sd, .. } => sd,
             Prior::LogNormal { .. } | Prior::Fixed => 1.0,
         };
         match effect.law {
             Law::Force(law) => {
-                let priors = law.priors(&scales);
                 let own = &priors[..law.amplitudes()];
                 let positive =
                     own.iter().all(|p| matches!(p, Prior::Normal { low, .. } if *low >= 0.0));
-                let shapes = priors[law.amplitudes()..].iter().filter(|p| **p != Prior::Fixed);
-                (own.iter().map(sd).collect(), positive, shapes.count() as f64)
+                (own.iter().map(sd).collect(), positive)
             }
             // How much of the law acts: none at 0, all at 1.
-            Law::Input(_) => (vec![1.0], true, 1.0),
-            Law::Sensor(law) => {
-                let priors = law.priors(&scales);
+            Law::Input(_) => (vec![1.0], true),
+            Law::Sensor(_) => {
                 let positive = matches!(priors[0], Prior::Normal { low, .. } if low == 0.0);
-                (vec![sd(&priors[0])], positive, 0.0)
+                (vec![sd(&priors[0])], positive)
             }
         }
     }

@@ -1,37 +1,33 @@
 //! Fits in windows that grow.
 
-use crate::likelihood::{Effort, FULL, Fit, Hypothesis, Problem, QUICK, STILL};
-
-/// Windows grow as long as what is not noise stays below this share of half a channel's range:
-/// what a model leaves out adds up along a window, and long windows would weigh little else.
-const MOST_MISFIT: f64 = 0.02;
-
-/// Mean square residual, in units of the noise, up to which all lengths of windows agree.
-const AT_EVERY_LENGTH: f64 = 2.0;
+use super::Search;
+use crate::likelihood::{Effort, FULL, Fit, FitError, Hypothesis, QUICK, STILL};
 
 /// Until nothing is gained.
 const LONG: Effort = Effort { steps: 60, least: 0.05 };
 /// Steps for a new effect.
 const BEGIN: Effort = Effort { steps: 8, least: 0.3 };
 
-/// Whether the model has lost its way in windows of this length.
-fn lost(problem: &Problem, fit: &Fit, slack: f64) -> bool {
-    let misfit = (fit.reduced() - 1.0).max(0.0).sqrt() * problem.coarsest;
-    misfit > slack * MOST_MISFIT
+/// Whether the model has lost its way in windows of this length, `slack` times as far as is usual.
+fn lost(fit: &Fit, most: f64, slack: f64) -> bool {
+    let misfit = (fit.reduced() - 1.0).max(0.0).sqrt() * fit.problem.coarsest;
+    misfit > slack * most
 }
 
-/// The same hypothesis in the longest windows that it follows.
+/// The same hypothesis in the longest windows that it follows: as long as what is not noise stays
+/// below a share `most` of half a channel's range. What a model leaves out adds up along a window,
+/// and long windows would weigh little else.
 #[must_use]
-pub fn lengthen(problem: &Problem, fit: Fit) -> Fit {
-    lengthen_to(problem, fit, 0, 1.0)
+pub fn lengthen(fit: Fit, most: f64) -> Fit {
+    lengthen_to(fit, 0, (most, 1.0))
 }
 
 /// The same in windows no longer than those of a level, following them `slack` times as badly.
 #[must_use]
-pub fn lengthen_to(problem: &Problem, mut fit: Fit, level: u32, slack: f64) -> Fit {
+pub fn lengthen_to(mut fit: Fit, level: u32, (most, slack): (f64, f64)) -> Fit {
     while fit.windowed.level > level {
-        match fit.at_level(problem, fit.windowed.level - 1, QUICK) {
-            Some(longer) if !lost(problem, &longer, slack) => fit = longer,
+        match fit.at_level(fit.windowed.level - 1, QUICK) {
+            Ok(longer) if !lost(&longer, most, slack) => fit = longer,
             _ => break,
         }
     }
@@ -40,58 +36,68 @@ pub fn lengthen_to(problem: &Problem, mut fit: Fit, level: u32, slack: f64) -> F
 
 /// Fit a hypothesis that has just been given one more effect, whose parameters are a guess, in
 /// short windows, where a wrong guess does little harm.
-#[must_use]
-pub fn begin(problem: &Problem, short: &Fit, h: Hypothesis) -> Option<Fit> {
-    short.refit(problem, h, BEGIN)
+///
+/// # Errors
+/// [`FitError`].
+pub fn begin<'p>(short: &Fit<'p>, h: Hypothesis) -> Result<Fit<'p>, FitError> {
+    short.refit(h, BEGIN)
 }
 
 /// What was begun in short windows, in those of `base`.
-#[must_use]
-pub fn grow(problem: &Problem, base: &Fit, mut fit: Fit) -> Option<Fit> {
+///
+/// # Errors
+/// [`FitError::RanAway`] where it loses its way, and others.
+pub fn grow<'p>(base: &Fit<'p>, mut fit: Fit<'p>) -> Result<Fit<'p>, FitError> {
     while fit.windowed.level > base.windowed.level {
-        if fit.reduced() > 5.0 * base.inflation() + 20.0 {
-            return None;
+        let (most, found) = (5.0 * base.inflation() + 20.0, fit.reduced());
+        if found > most {
+            return Err(FitError::RanAway { most, found });
         }
         let level = fit.windowed.level - 1;
         let effort = if level > base.windowed.level { QUICK } else { BEGIN };
-        fit = fit.at_level(problem, level, effort)?;
+        fit = fit.at_level(level, effort)?;
     }
-    Some(fit)
-}
-
-/// The fit that predicts best. Where a model leaves nothing but noise, windows of all lengths
-/// agree. Where its formulas are not quite reality's, each length weighs their remainder
-/// differently, and so do windows whose states are free and windows that begin where the
-/// recordings are; the parameters are kept that run best through whole training recordings.
-#[must_use]
-pub fn best_length(problem: &Problem, fit: Fit) -> Fit {
-    if fit.reduced() < AT_EVERY_LENGTH || !problem.hidden().is_empty() {
-        return fit;
-    }
-    let whole = |f: &Fit| f.anchored(problem, 0).map_or(f64::INFINITY, |run| run.chi2);
-    let mut best = (whole(&fit), None);
-    let mut from = fit.clone();
-    for level in (0..=fit.windowed.level + 2).rev() {
-        let moved = from.anchored(problem, level).and_then(|f| f.moved(problem, LONG));
-        let Some(moved) = moved else { break };
-        let error = whole(&moved);
-        if error < best.0 {
-            best = (error, Some(moved.clone()));
-        }
-        from = moved;
-    }
-    let Some(better) = best.1 else { return fit };
-    // What is left is judged in the windows that were fitted, their states free again.
-    let h = better.hypothesis;
-    let states = fit.refit(problem, h.clone().held(), FULL);
-    states.and_then(|s| s.refit(problem, h, STILL)).unwrap_or(fit)
+    Ok(fit)
 }
 
 /// To the optimum, in the same windows.
 #[must_use]
-pub fn polish(problem: &Problem, fit: Fit) -> Fit {
-    match fit.refit(problem, fit.hypothesis.clone(), FULL) {
-        Some(better) if better.chi2 + better.penalty <= fit.chi2 + fit.penalty => better,
+pub fn polish(fit: Fit) -> Fit {
+    match fit.refit(fit.hypothesis.clone(), FULL) {
+        Ok(better) if better.chi2 + better.penalty <= fit.chi2 + fit.penalty => better,
         _ => fit,
+    }
+}
+
+impl Search<'_> {
+    /// The same hypothesis in the longest windows that it follows.
+    pub(super) fn lengthen<'p>(&self, fit: Fit<'p>) -> Fit<'p> {
+        lengthen(fit, self.decision.window_misfit)
+    }
+
+    /// The fit that predicts best. Where a model leaves nothing but noise, windows of all lengths
+    /// agree. Where its formulas are not quite reality's, each length weighs their remainder
+    /// differently, and so do windows whose states are free and windows that begin where the
+    /// recordings are; the parameters are kept that run best through whole training recordings.
+    pub(super) fn best_length<'p>(&self, fit: Fit<'p>) -> Fit<'p> {
+        if fit.reduced() < self.decision.explained || !fit.problem.hidden().is_empty() {
+            return fit;
+        }
+        let whole = |f: &Fit| f.anchored(0).map_or(f64::INFINITY, |run| run.chi2);
+        let mut best = (whole(&fit), None);
+        let mut from = fit.clone();
+        for level in (0..=fit.windowed.level + 2).rev() {
+            let Ok(moved) = from.anchored(level).and_then(|f| f.moved(LONG)) else { break };
+            let error = whole(&moved);
+            if error < best.0 {
+                best = (error, Some(moved.clone()));
+            }
+            from = moved;
+        }
+        let Some(better) = best.1 else { return fit };
+        // What is left is judged in the windows that were fitted, their states free again.
+        let h = better.hypothesis;
+        let states = fit.refit(h.clone().held(), FULL);
+        states.and_then(|s| s.refit(h, STILL)).unwrap_or(fit)
     }
 }

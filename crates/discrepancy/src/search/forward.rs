@@ -1,34 +1,14 @@
 //! Forward selection.
 
-use super::gain::{RELEVANT, THRESHOLD, Worth, gain};
 use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
-use crate::likelihood::{Fit, Problem};
+use crate::decision::Decision;
+use crate::likelihood::evidence::common_temperature;
+use crate::likelihood::{Fit, FitError};
 use crate::screen::{Scored, Screen};
 use lacuna_effects::{Law, Variable};
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
-
-/// Candidates that are fitted with the differential equation.
-const SHORTLIST: usize = 7;
-/// Nats that the screening must promise for a fit to be worth its time, about a fit that is far
-/// from the noise ...
-const PROMISING: f64 = 2.0;
-/// ... and about one that is near it, where the screening is nearly exact.
-const PROMISING_NEAR: f64 = 5.0;
-/// Mean square residual, in units of the noise, that is near it, and one that is at it.
-pub(super) const NEAR: f64 = 1.3;
-pub(super) const AT_THE_NOISE: f64 = 1.05;
-/// Share of the first effect's gain that each further one must reach.
-const SHARE_OF_FIRST: f64 = 0.002;
-
-/// Share of what is above the noise that a further effect must explain, that the first must, and
-/// that the screening must promise of a further one.
-const MOST_OF_IT: f64 = 0.5;
-pub(super) const SOME_OF_IT: f64 = 0.2;
-const HOPEFUL: f64 = 0.2;
-/// Share of the best candidate's gain in short windows by which others may lie behind it.
-const BEHIND: f64 = 0.4;
 
 /// A fit seen through the screening.
 #[derive(Clone, Default)]
@@ -38,28 +18,25 @@ pub(super) struct Look {
 }
 
 /// A candidate fitted in the place of the next effect.
-pub(super) struct Tried {
+pub(super) struct Tried<'p> {
     pub candidate: Candidate,
-    pub fit: Fit,
+    pub fit: Fit<'p>,
 }
 
-impl Search<'_> {
-    /// Add effects as long as they are worth it, at most `most`. `first` is what the first effect
-    /// gained, where the path has one already; `look` a screening of the path's fit, if there is
-    /// one.
+impl<'p> Search<'p> {
+    /// Add effects as long as they are worth it, at most `most`. `look` is a screening of the
+    /// path's fit, if there is one.
     pub(super) fn forward(
         &self,
-        mut path: Path,
-        mut first: Option<f64>,
+        mut path: Path<'p>,
         mut look: Option<Look>,
         most: usize,
-    ) -> Path {
+    ) -> Path<'p> {
         while path.named.len() < most {
-            (self.progress)(&format!("looking for effect {}", path.named.len() + 1));
+            self.watch.tell(&format!("looking for effect {}", path.named.len() + 1));
             let seen = look.take().unwrap_or_else(|| self.look(&path.fit));
-            let Some((next, named)) = self.next(&path, first, &seen) else { break };
+            let Some((next, named)) = self.next(&path, &seen) else { break };
             self.tell("found", &next);
-            first = first.or(Some(named.gain));
             path.fit = next;
             path.named.push(named);
         }
@@ -67,33 +44,36 @@ impl Search<'_> {
     }
 
     /// The effect that gains most, if it is worth it.
-    fn next(&self, path: &Path, first: Option<f64>, look: &Look) -> Option<(Fit, Named)> {
-        let base = &path.fit;
+    fn next(&self, path: &Path<'p>, look: &Look) -> Option<(Fit<'p>, Named)> {
+        let (base, decision) = (&path.fit, &self.decision);
+        let further = !path.named.is_empty();
         let mut shortlist = look.shortlist.clone();
-        if first.is_some() {
+        if further {
             // What cannot settle what is left need not be fitted.
             let excess = base.count as f64 * (1.0 - 1.0 / base.inflation());
-            shortlist.retain(|s| base.reduced() < NEAR || s.gain > HOPEFUL * 0.5 * excess);
+            let hope = decision.share * 0.5 * excess;
+            shortlist.retain(|s| base.reduced() < decision.explained || s.gain > hope);
         }
         let mut tried = self.fit_all(base, &shortlist);
         self.add_variants(&mut tried);
-        rank(self.problem, &mut tried);
-        let needed = THRESHOLD.max(SHARE_OF_FIRST * first.unwrap_or(0.0));
+        rank(&mut tried);
         let best = tried.first()?;
-        let gained = gain(self.problem, base, &best.fit);
-        let share = if first.is_some() { MOST_OF_IT } else { SOME_OF_IT };
-        if gained < needed || !settles(base, &best.fit, share) {
+        let gained = best.fit.gain_over(base);
+        let share = if further { decision.further_share } else { decision.share };
+        if gained < decision.prior_odds || !settles(decision, base, &best.fit, share) {
             return None;
         }
-        if first.is_some() && best.fit.reduced() > NEAR && !beats_remainder(best, look) {
+        let left = best.fit.reduced() > decision.explained;
+        if further && left && !beats_remainder(best, look) {
             return None;
         }
-        let log = best.fit.log_evidence() - base.log_evidence();
-        let rivals = self.lengthened(tried, log);
-        let worth = Worth::of(self.problem, &rivals[0].fit);
+        let rivals = self.lengthened(tried, gained);
+        let temperature = rivals[0].fit.temperature();
+        let lead =
+            |t: &Tried| rivals[0].fit.log_evidence(temperature) - t.fit.log_evidence(temperature);
         let behind = |t: &Tried| Rival {
             candidate: t.candidate,
-            behind: worth.gain(&t.fit, &rivals[0].fit),
+            behind: lead(t),
             hypothesis: t.fit.hypothesis.clone(),
         };
         let named = Named { gain: gained, rivals: rivals.iter().skip(1).map(behind).collect() };
@@ -102,7 +82,7 @@ impl Search<'_> {
 
     /// What the screening finds worth a fit, and the free curves.
     pub(super) fn look(&self, base: &Fit) -> Look {
-        let Some(screen) = Screen::new(self.problem, base) else { return Look::default() };
+        let Ok(screen) = Screen::new(base) else { return Look::default() };
         let have: Vec<Candidate> = base.hypothesis.supposed().iter().map(candidate_of).collect();
         let left = |c: &&Candidate| {
             !have.iter().any(|h| h.excludes(c))
@@ -111,94 +91,117 @@ impl Search<'_> {
         let candidates: Vec<Candidate> = self.candidates.iter().filter(left).copied().collect();
         let mut shortlist = screen.score(&candidates);
         let top = shortlist.first().map_or(0.0, |s| s.gain);
-        let promising = if base.reduced() < NEAR { PROMISING_NEAR } else { PROMISING };
+        // Near the noise the screening is nearly exact.
+        let decision = &self.decision;
+        let near = base.reduced() < decision.explained;
+        let promising = if near { 0.5 * decision.prior_odds } else { decision.tie };
+        let hopeless = ((1.0 - decision.screening_error) * top).min(top - decision.prior_odds);
         let mut rank = 0;
         shortlist.retain(|s| {
             rank += 1;
-            rank <= SHORTLIST
-                && s.gain > promising
-                && (rank <= 3 || s.gain > (0.4 * top).min(top - 8.0))
+            rank <= decision.shortlist && s.gain > promising && (rank <= 3 || s.gain > hopeless)
         });
         Look { shortlist, curves: screen.curves() }
     }
 
     /// Fit each of a shortlist on top of a fit: all of them in short windows, and those that can
     /// still win in the fit's own.
-    pub(super) fn fit_all(&self, base: &Fit, shortlist: &[Scored]) -> Vec<Tried> {
+    pub(super) fn fit_all(&self, base: &Fit<'p>, shortlist: &[Scored]) -> Vec<Tried<'p>> {
         let short = self.shorter(base);
         let begun = shortlist.par_iter().map(|s| {
             let Term { candidate, shape } = &s.term;
             let effect = effect_of(candidate, &s.amplitudes, shape);
             let h = self.with(&base.hypothesis, effect);
-            let fit = chain::begin(self.problem, &short, h)?;
-            Some(Tried { candidate: *candidate, fit })
+            (*candidate, chain::begin(&short, h))
         });
-        let mut tried: Vec<Tried> = begun.collect::<Vec<_>>().into_iter().flatten().collect();
+        let mut tried = self.told(begun.collect());
         self.keep_likely(&mut tried, &short);
-        let grown = tried
-            .into_par_iter()
-            .map(|t| Some(Tried { fit: chain::grow(self.problem, base, t.fit)?, ..t }));
-        grown.collect::<Vec<_>>().into_iter().flatten().collect()
+        let grown = tried.into_par_iter().map(|t| (t.candidate, chain::grow(base, t.fit)));
+        self.told(grown.collect())
+    }
+
+    /// The fits that succeeded; of the others it is told why.
+    fn told(&self, all: Vec<(Candidate, Result<Fit<'p>, FitError>)>) -> Vec<Tried<'p>> {
+        let mut tried = Vec::with_capacity(all.len());
+        for (candidate, fit) in all {
+            match fit {
+                Ok(fit) => tried.push(Tried { candidate, fit }),
+                Err(error) => {
+                    self.watch.tell(&format!("{}: {error}", candidate.effect.words));
+                }
+            }
+        }
+        tried
     }
 
     /// Drop what lies so far behind the best that longer windows cannot bring it back.
     fn keep_likely(&self, tried: &mut Vec<Tried>, base: &Fit) {
-        rank(self.problem, tried);
-        let Some(best) = tried.first().map(|t| t.fit.log_evidence()) else { return };
-        let room = (BEHIND * (best - base.log_evidence())).max(60.0);
-        tried.retain(|t| t.fit.log_evidence() > best - room);
+        let temperature = rank(tried);
+        let Some(best) = tried.first().map(|t| t.fit.log_evidence(temperature)) else { return };
+        let decision = &self.decision;
+        let gained = best - base.log_evidence(temperature);
+        let room = ((1.0 - decision.screening_error) * gained).max(6.0 * decision.prior_odds);
+        tried.retain(|t| t.fit.log_evidence(temperature) > best - room);
     }
 
     /// The same model in windows a quarter as long, where a guess does little harm.
-    pub(super) fn shorter(&self, base: &Fit) -> Fit {
+    pub(super) fn shorter(&self, base: &Fit<'p>) -> Fit<'p> {
         let level = (base.windowed.level + 2).min(self.level.max(base.windowed.level));
         if level == base.windowed.level {
             return base.clone();
         }
-        base.states_at(self.problem, level).unwrap_or_else(|| base.clone())
+        base.states_at(level).unwrap_or_else(|_| base.clone())
     }
 
-    pub(super) fn fit_one(&self, base: &Fit, short: &Fit, effect: ModelEffect) -> Option<Fit> {
-        let begun = chain::begin(self.problem, short, self.with(&base.hypothesis, effect))?;
-        chain::grow(self.problem, base, begun)
+    pub(super) fn fit_one(
+        &self,
+        base: &Fit<'p>,
+        short: &Fit<'p>,
+        effect: ModelEffect,
+    ) -> Result<Fit<'p>, FitError> {
+        let begun = chain::begin(short, self.with(&base.hypothesis, effect))?;
+        chain::grow(base, begun)
     }
 
     /// The best in the longest windows that it follows, with those that came close.
-    fn lengthened(&self, tried: Vec<Tried>, gained: f64) -> Vec<Tried> {
-        let top = tried[0].fit.log_evidence();
+    fn lengthened(&self, tried: Vec<Tried<'p>>, gained: f64) -> Vec<Tried<'p>> {
+        let decision = &self.decision;
+        let temperature = common_temperature(tried.iter().map(|t| &t.fit));
+        let top = tried[0].fit.log_evidence(temperature);
         // Where the best leaves nothing but noise, likelihoods are what they say; where it does
         // not, longer windows may turn the order.
-        let room =
-            if tried[0].fit.reduced() < AT_THE_NOISE { 30.0 } else { (0.1 * gained).max(30.0) };
+        let least = 3.0 * decision.prior_odds;
+        let settled = tried[0].fit.reduced() < decision.noise;
+        let room = if settled { least } else { (0.5 * decision.share * gained).max(least) };
         let close: Vec<Tried> =
-            tried.into_iter().filter(|t| t.fit.log_evidence() > top - room).collect();
-        let first = chain::lengthen(self.problem, close[0].fit.clone());
+            tried.into_iter().filter(|t| t.fit.log_evidence(temperature) > top - room).collect();
+        let first = self.lengthen(close[0].fit.clone());
         let level = first.windowed.level;
+        let slack = (decision.window_misfit, 10.0);
         let mut long: Vec<Tried> = close
             .into_par_iter()
             .enumerate()
             .filter_map(|(k, t)| {
-                let fit = if k == 0 {
-                    first.clone()
-                } else {
-                    chain::lengthen_to(self.problem, t.fit, level, 10.0)
-                };
+                let fit =
+                    if k == 0 { first.clone() } else { chain::lengthen_to(t.fit, level, slack) };
                 (fit.windowed.level == level)
-                    .then(|| Tried { fit: chain::polish(self.problem, fit), ..t })
+                    .then(|| Tried { fit: chain::polish(fit), candidate: t.candidate })
             })
             .collect();
-        rank(self.problem, &mut long);
+        rank(&mut long);
         long
     }
 }
 
-/// The most evidence first. All are judged by what the likeliest of them leaves: where that is no
-/// noise, a law with more freedom must earn it by as much more.
-pub(super) fn rank(problem: &Problem, tried: &mut [Tried]) {
-    let likeliest =
-        tried.iter().max_by(|a, b| a.fit.log_evidence().total_cmp(&b.fit.log_evidence()));
-    let Some(worth) = likeliest.map(|t| Worth::of(problem, &t.fit)) else { return };
-    tried.sort_by(|a, b| worth.evidence(&b.fit).total_cmp(&worth.evidence(&a.fit)));
+/// The most evidence first; the temperature at which it is compared. All are judged by what the one
+/// that fits best leaves: where that is no noise, a law with more freedom must earn it by as much
+/// more.
+pub(super) fn rank(tried: &mut [Tried]) -> f64 {
+    let temperature = common_temperature(tried.iter().map(|t| &t.fit));
+    tried.sort_by(|a, b| {
+        b.fit.log_evidence(temperature).total_cmp(&a.fit.log_evidence(temperature))
+    });
+    temperature
 }
 
 /// Whether an effect settles what is left: either the residual comes down to the noise, or a share
@@ -208,9 +211,9 @@ pub(super) fn rank(problem: &Problem, tried: &mut [Tried]) {
 ///
 /// What changes predictions by less than a twentieth of the noise settles nothing, however many
 /// samples make it significant: integrators, clocks and rounding do as much.
-pub(super) fn settles(before: &Fit, after: &Fit, share: f64) -> bool {
+pub(super) fn settles(decision: &Decision, before: &Fit, after: &Fit, share: f64) -> bool {
     let (excess, drop) = ((before.reduced() - 1.0).max(0.0), before.reduced() - after.reduced());
-    drop > RELEVANT && (after.reduced() < AT_THE_NOISE || drop > share * excess)
+    drop > decision.relevant && (after.reduced() < decision.noise || drop > share * excess)
 }
 
 /// Whether a further effect says more than a learned remainder does. Where even with it the

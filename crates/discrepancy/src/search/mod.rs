@@ -3,47 +3,48 @@
 //! 1. The model's parameters alone, in windows that grow as long as the model follows.
 //! 2. Every candidate is screened along the fitted trajectory ([`crate::screen`]); the best are
 //!    fitted with the differential equation itself, and the one with the most evidence stays if
-//!    it is worth its price ([`gain`]).
+//!    it is worth its prior odds ([`crate::decision`]).
 //!    Where short windows name nothing of a mismatch, longer ones are tried.
 //! 3. The same again with it, up to a few effects.
 //! 4. Each effect must be missed when it is taken away, and must beat what else could stand in
 //!    its place.
-//! 5. Recordings that nothing was fitted to must not speak against it, nor against what it says
-//!    beyond a simpler law ([`validate`]).
+//! 5. Folds of the recordings that are left out must not speak against it, nor against what it
+//!    says beyond a simpler law ([`folds`]). Recordings that are held out for proof are not known
+//!    here.
 //! 6. A free curve over one variable that beats all that the catalogue offers is an unknown
 //!    function, unless one or two laws together follow it as well.
 
 pub mod chain;
+mod folds;
 mod forward;
-pub mod gain;
 mod prune;
 mod remainder;
 mod spell;
-pub mod validate;
 mod variants;
 
-use crate::DiagnoseError;
 use crate::candidates::{Candidate, candidates};
+use crate::decision::Decision;
 use crate::likelihood::windows::first_level;
-use crate::likelihood::{FULL, Fit, Hypothesis, Problem, STILL};
+use crate::likelihood::{End, FULL, Fit, FitError, Hypothesis, Problem, STILL};
+use crate::{DiagnoseError, Watch};
 use forward::Look;
 use lacuna_effects::Law;
 use lacuna_plants::model::ModelEffect;
 
-/// Most effects that are searched for.
-const MOST_EFFECTS: usize = 3;
-/// Mean square residual, in units of that over the shortest windows, up to which a model explains
-/// its data.
-pub const EXPLAINED: f64 = 1.5;
+/// Most effects that are searched for: evidence stops the search long before; this guards against
+/// a search without an end.
+const MOST_EFFECTS: usize = 60;
 
 /// What the search found.
-pub struct Found {
+pub struct Found<'p> {
     /// The model as it is, states fitted.
-    pub nominal: Fit,
+    pub nominal: Fit<'p>,
     /// Its parameters fitted.
-    pub calibrated: Fit,
+    pub calibrated: Fit<'p>,
     /// With the effects.
-    pub chosen: Fit,
+    pub chosen: Fit<'p>,
+    /// Whether folds that are left out speak against the calibrated parameters.
+    pub calibration_refuted: bool,
     /// Mean square residual of the model over the shortest windows, in units of the noise: where
     /// noise is larger than its estimate (coloured, in bursts, clocks that jitter), it shows here.
     pub floor: f64,
@@ -77,79 +78,82 @@ pub struct Rival {
 /// A search under way.
 pub struct Search<'p> {
     problem: &'p Problem<'p>,
-    held_out: &'p Problem<'p>,
+    decision: Decision,
     candidates: Vec<Candidate>,
     /// Level of the first windows.
     level: u32,
-    progress: &'p (dyn Fn(&str) + Sync),
+    watch: &'p Watch<'p>,
 }
 
 /// A model with effects, and what speaks for each.
 #[derive(Clone)]
-struct Path {
-    fit: Fit,
+struct Path<'p> {
+    fit: Fit<'p>,
     named: Vec<Named>,
 }
 
 impl<'p> Search<'p> {
     /// A search among all candidates.
     #[must_use]
-    pub fn new(
-        problem: &'p Problem<'p>,
-        held_out: &'p Problem<'p>,
-        progress: &'p (dyn Fn(&str) + Sync),
-    ) -> Self {
+    pub fn new(problem: &'p Problem<'p>, decision: Decision, watch: &'p Watch<'p>) -> Self {
         let model = problem.model;
         let measured = |state: &usize| problem.dataset.output_of_state(*state).is_some();
         let states = (0..model.channels()).map(|c| model.coordinate_index(c));
         let candidates = candidates(model, &states.filter(measured).collect::<Vec<_>>());
-        Self { problem, held_out, candidates, level: first_level(problem.dataset), progress }
+        Self { problem, decision, candidates, level: first_level(problem.dataset), watch }
     }
 
     /// Search.
     ///
     /// # Errors
-    /// A model that diverges on the recordings whatever its parameters.
-    pub fn run(&self, learn_remainder: bool) -> Result<Found, DiagnoseError> {
-        (self.progress)("fitting the model's own parameters");
+    /// A model that diverges on the recordings whatever its parameters, and a search that is
+    /// cancelled.
+    pub fn run(&self, learn_remainder: bool) -> Result<Found<'p>, DiagnoseError> {
+        self.watch.tell("fitting the model's own parameters");
         let (calibrated, floor) = self.calibrated()?;
         let look = self.look(&calibrated);
         let best = look.shortlist.iter().chain(&look.curves).map(|s| s.gain);
-        let promise = best.fold(0.0, f64::max) / calibrated.colour(self.problem);
+        let promise = best.fold(0.0, f64::max) * calibrated.inflation() / calibrated.temperature();
         let (calibrated, look, first) = self.first(calibrated, look);
         let (mut path, is_curve) = self.curve_at_once(&calibrated, &look, first);
         if !is_curve && !path.named.is_empty() {
-            let gained = path.named[0].gain;
-            path = self.forward(path, Some(gained), None, MOST_EFFECTS);
+            path = self.forward(path, None, MOST_EFFECTS);
             path = self.unknown(&calibrated, &look, path);
         }
-        let path = self.validate(&calibrated, self.prune(path));
-        let chosen = chain::best_length(self.problem, chain::polish(self.problem, path.fit));
+        self.watch.tell("leaving recordings out");
+        let path = self.select(&calibrated, self.prune(path));
+        let chosen = self.best_length(chain::polish(path.fit));
+        let failed = |e| self.failed(e);
         let again = self.like(&chosen, &calibrated).ok_or_else(|| self.diverges())?;
         let held = Hypothesis::of(self.problem.model).held();
-        let nominal = again.refit(self.problem, held, FULL).ok_or_else(|| self.diverges())?;
+        let nominal = again.refit(held, FULL).map_err(failed)?;
         let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
+        let calibration_refuted = self.refuted(&nominal, &calibrated);
         let chosen = if learn_remainder { self.with_remainder(&chosen) } else { chosen };
-        Ok(Found { nominal, calibrated, chosen, floor, promise, named: path.named })
+        if self.problem.is_cancelled() {
+            return Err(DiagnoseError::Cancelled);
+        }
+        let named = path.named;
+        Ok(Found { nominal, calibrated, chosen, calibration_refuted, floor, promise, named })
     }
 
     /// The first effect, or none. A mismatch that short windows cannot name is looked for in
     /// longer ones, however badly the model follows them: free states, above all those that
     /// nothing measures, take up in a short window what varies slowly.
-    fn first(&self, mut base: Fit, mut look: Look) -> (Fit, Look, Path) {
-        let begin = |base: &Fit| Path { fit: base.clone(), named: vec![] };
-        let mut path = self.forward(begin(&base), None, Some(look.clone()), 1);
-        if !path.named.is_empty() || base.reduced() < EXPLAINED {
+    fn first(&self, mut base: Fit<'p>, mut look: Look) -> (Fit<'p>, Look, Path<'p>) {
+        let begin = |base: &Fit<'p>| Path { fit: base.clone(), named: vec![] };
+        let mut path = self.forward(begin(&base), Some(look.clone()), 1);
+        if !path.named.is_empty() || base.reduced() < self.decision.explained {
             return (base, look, path);
         }
         let mut longer = base.clone();
         while longer.windowed.level > 0 {
             let level = longer.windowed.level - 1;
-            let Some(next) = longer.at_level(self.problem, level, FULL) else { break };
+            let Ok(next) = longer.at_level(level, FULL) else { break };
             self.tell("in longer windows", &next);
             longer = next;
             let seen = self.look(&longer);
-            let found = self.forward(begin(&longer), None, Some(seen.clone()), 1);
+            let found = self.forward(begin(&longer), Some(seen.clone()), 1);
             let gain = |p: &Path| p.named.first().map_or(0.0, |n| n.gain);
             if gain(&found) > gain(&path) {
                 (base, look, path) = (longer.clone(), seen, found);
@@ -162,40 +166,48 @@ impl<'p> Search<'p> {
         DiagnoseError::Diverges { model: self.problem.model.name.clone() }
     }
 
+    fn failed(&self, error: FitError) -> DiagnoseError {
+        match error {
+            FitError::Cancelled => DiagnoseError::Cancelled,
+            _ => self.diverges(),
+        }
+    }
+
     /// The model's parameters alone, in the longest windows that it follows; and the mean square
     /// residual over the shortest.
-    fn calibrated(&self) -> Result<(Fit, f64), DiagnoseError> {
+    fn calibrated(&self) -> Result<(Fit<'p>, f64), DiagnoseError> {
         let h = Hypothesis::of(self.problem.model);
-        let begun = Fit::begin(self.problem, h, self.level).ok_or_else(|| self.diverges())?;
+        let begun = Fit::begin(self.problem, h, self.level).map_err(|e| self.failed(e))?;
         let floor = begun.inflation();
-        let fit = chain::polish(self.problem, chain::lengthen(self.problem, begun));
+        let fit = chain::polish(self.lengthen(begun));
         self.tell("calibrated", &fit);
         Ok((fit, floor))
     }
 
     /// The hypothesis of `own` in the windows of a fit, from the states of whichever of the two
     /// leads to the better optimum.
-    fn like(&self, fit: &Fit, own: &Fit) -> Option<Fit> {
-        let from_chosen = fit.refit(self.problem, own.hypothesis.clone(), FULL);
+    fn like<'f>(&self, fit: &Fit<'f>, own: &Fit<'f>) -> Option<Fit<'f>> {
+        let from_chosen = fit.refit(own.hypothesis.clone(), FULL);
         let level = fit.windowed.level;
         let from_own = if own.windowed.level == level {
-            own.refit(self.problem, own.hypothesis.clone(), FULL)
+            own.refit(own.hypothesis.clone(), FULL)
         } else {
-            own.at_level(self.problem, level, FULL)
+            own.at_level(level, FULL)
         };
         match (from_chosen, from_own) {
-            (Some(a), Some(b)) => Some(if a.chi2 <= b.chi2 { a } else { b }),
-            (a, b) => a.or(b),
+            (Ok(a), Ok(b)) => Some(if a.chi2 <= b.chi2 { a } else { b }),
+            (a, b) => a.or(b).ok(),
         }
     }
 
     /// Tell how a fit went.
     fn tell(&self, what: &str, fit: &Fit) {
-        (self.progress)(&format!(
-            "{what}: {} windows a recording, residual {:.2} of the noise{}",
+        self.watch.tell(&format!(
+            "{what}: {} windows a recording, residual {:.2} of the noise{}{}",
             1u32 << fit.windowed.level,
             fit.reduced().sqrt(),
-            names(fit)
+            names(fit),
+            if fit.end == End::Converged { String::new() } else { format!(" ({})", fit.end) },
         ));
     }
 
@@ -211,12 +223,12 @@ impl<'p> Search<'p> {
 ///
 /// # Errors
 /// A model that diverges on the recordings.
-pub fn about_nominal(problem: &Problem) -> Result<Fit, DiagnoseError> {
-    let diverges = || DiagnoseError::Diverges { model: problem.model.name.clone() };
+pub fn about_nominal<'p>(problem: &'p Problem<'p>) -> Result<Fit<'p>, DiagnoseError> {
+    let diverges = |_| DiagnoseError::Diverges { model: problem.model.name.clone() };
     let h = Hypothesis::of(problem.model);
     let held = Fit::begin(problem, h.clone().held(), first_level(problem.dataset));
-    let held = chain::lengthen(problem, held.ok_or_else(diverges)?);
-    held.refit(problem, h, STILL).ok_or_else(diverges)
+    let held = chain::lengthen(held.map_err(diverges)?, Decision::default().window_misfit);
+    held.refit(h, STILL).map_err(diverges)
 }
 
 /// The effects of a fit, for a line of progress.
@@ -238,7 +250,9 @@ fn effect_of(c: &Candidate, amplitudes: &[f64], shape: &[f64]) -> ModelEffect {
             law.physical(&internal)
         }
         Law::Input(_) => shape.to_vec(),
-        Law::Sensor(law) => law.ideal().iter().zip(amplitudes).map(|(i, a)| i + a).collect(),
+        Law::Sensor(_) => {
+            c.effect.nature.ideal.iter().zip(amplitudes).map(|(i, a)| i + a).collect()
+        }
     };
     let std = vec![None; parameters.len()];
     ModelEffect { effect: c.effect, channel: c.channel, other: c.other, parameters, std }

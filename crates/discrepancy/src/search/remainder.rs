@@ -1,31 +1,32 @@
 //! The remainder: what is left after the named effects, learned as free curves.
 
-use super::gain::THRESHOLD;
 use super::{Search, chain, effect_of};
 use crate::likelihood::Fit;
 use crate::screen::Screen;
 
-impl Search<'_> {
+impl<'p> Search<'p> {
     /// The fit with a free curve over the coordinate or velocity of every channel on which one
     /// still gains, the most important first. A curve is never a name: it is what a name leaves.
     #[must_use]
-    pub fn with_remainder(&self, fit: &Fit) -> Fit {
+    pub fn with_remainder(&self, fit: &Fit<'p>) -> Fit<'p> {
         let mut fit = fit.clone();
         for _ in 0..self.problem.model.channels() {
-            (self.progress)("learning the remainder");
-            let Some(screen) = Screen::new(self.problem, &fit) else { break };
+            self.watch.tell("learning the remainder");
+            let Ok(screen) = Screen::new(&fit) else { break };
             let taken = |channel: usize| {
                 let mut all = fit.hypothesis.supposed().iter();
                 all.any(|e| e.over().is_some() && e.channel == channel)
             };
             let mut curves = screen.curves().into_iter();
-            let next = curves.find(|s| !taken(s.term.candidate.channel) && s.gain > THRESHOLD);
+            let next = curves
+                .find(|s| !taken(s.term.candidate.channel) && s.gain > self.decision.prior_odds);
             let Some(next) = next else { break };
             let effect = effect_of(&next.term.candidate, &next.amplitudes, &next.term.shape);
             let h = self.with(&fit.hypothesis, effect);
-            match fit.refit(self.problem, h, crate::likelihood::QUICK) {
-                Some(better) => fit = chain::polish(self.problem, better),
-                None => break,
+            drop(screen);
+            match fit.refit(h, crate::likelihood::QUICK) {
+                Ok(better) => fit = chain::polish(better),
+                Err(_) => break,
             }
         }
         fit

@@ -2,14 +2,13 @@
 //! two simple ones that only together are right; a free curve shows them both. Where one or two
 //! laws of the catalogue follow the curve as well as the recordings can tell, they are its name.
 
-use super::forward::{NEAR, curve_covers};
-use super::gain::{Worth, gain};
+use super::forward::curve_covers;
 use super::prune::worth_a_curve;
 use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::{Fit, QUICK};
 use crate::trajectories::SmoothedRecording;
-use lacuna_effects::{Law, Local, Variable};
+use lacuna_effects::{At, Channel, Law, Variable};
 use lacuna_plants::model::ModelEffect;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -18,9 +17,6 @@ use rayon::prelude::*;
 const POINTS: usize = 2000;
 /// Spellings that are fitted with the differential equation.
 const FITTED: usize = 4;
-
-/// Nats by which names are preferred to a curve that they nearly follow, at least.
-const PREFERRED: f64 = 2.0;
 
 /// One or two laws with amplitudes, and how far they are from the curve.
 struct Spelling {
@@ -35,10 +31,10 @@ struct Columns {
     products: DMatrix<f64>,
 }
 
-impl Search<'_> {
+impl<'p> Search<'p> {
     /// The path with its last effect, a curve, spelled in laws of the catalogue; unchanged where
     /// they do not follow it.
-    pub(super) fn spelled(&self, path: Path) -> Path {
+    pub(super) fn spelled(&self, path: Path<'p>) -> Path<'p> {
         let Some(curve) = path.fit.hypothesis.supposed().last() else { return path };
         let last = path.fit.hypothesis.supposed().len() - 1;
         let plain = path.fit.hypothesis.clone().without(last);
@@ -46,28 +42,28 @@ impl Search<'_> {
         let fits = spellings.into_par_iter().filter_map(|spelling| {
             let effects = spelling.laws.iter().map(|(t, a)| effect_of(&t.candidate, a, &t.shape));
             let h = effects.fold(plain.clone(), |h, e| self.with(&h, e));
-            let begun = chain::begin(self.problem, &path.fit, h)?;
-            Some(chain::polish(self.problem, begun))
+            chain::begin(&path.fit, h).ok().map(chain::polish)
         });
-        let worth = Worth::of(self.problem, &path.fit);
-        let best = fits
-            .collect::<Vec<_>>()
-            .into_iter()
-            .max_by(|a, b| worth.evidence(a).total_cmp(&worth.evidence(b)));
+        let temperature = path.fit.temperature();
+        let evidence = |f: &Fit| f.log_evidence(temperature);
+        let best =
+            fits.collect::<Vec<_>>().into_iter().max_by(|a, b| evidence(a).total_cmp(&evidence(b)));
         let Some(best) = best else { return path };
-        let lead = worth.gain(&path.fit, &best);
-        (self.progress)(&format!("named laws lead the curve by {lead:.1} nats"));
+        let lead = evidence(&best) - evidence(&path.fit);
+        self.watch.tell(&format!("named laws lead the curve by {lead:.1} nats"));
         // Where neither leaves nothing but noise, what the curve follows better need not be physics.
-        let nearly = path.fit.reduced() > NEAR && !worth_a_curve(&best, &path.fit);
+        let decision = &self.decision;
+        let nearly =
+            path.fit.reduced() > decision.explained && !worth_a_curve(decision, &best, &path.fit);
         if lead > 0.0 || nearly {
-            self.named_instead(path, best, lead.max(PREFERRED))
+            self.named_instead(path, best, lead.max(decision.tie))
         } else {
             path
         }
     }
 
     /// The path with what a curve was spelled as in the place of the curve.
-    fn named_instead(&self, mut path: Path, best: Fit, lead: f64) -> Path {
+    fn named_instead(&self, mut path: Path<'p>, best: Fit<'p>, lead: f64) -> Path<'p> {
         path.named.pop();
         let h = &path.fit.hypothesis;
         let candidate = h.supposed().last().map(candidate_of);
@@ -77,8 +73,8 @@ impl Search<'_> {
             .collect();
         for k in path.named.len()..best.hypothesis.supposed().len() {
             let without = best.hypothesis.clone().without(k);
-            let without = best.refit(self.problem, without, QUICK);
-            let gain = without.map_or(0.0, |w| gain(self.problem, &w, &best));
+            let without = best.refit(without, QUICK);
+            let gain = without.map_or(0.0, |w| best.gain_over(&w));
             path.named.push(Named { gain, rivals: rivals.clone() });
         }
         Path { fit: best, ..path }
@@ -111,10 +107,11 @@ impl Search<'_> {
 
     /// The curve and all laws that depend on nothing else, along the motion of a fit.
     fn columns(&self, fit: &Fit, curve: &ModelEffect) -> Option<Columns> {
-        let motion = self.samples(fit, curve);
+        let (motion, places) = (self.motion(fit), self.problem.model.places(curve.channel, None));
+        let motion = samples(&motion, &places);
         let over_velocity = curve.over()? == Variable::Velocity;
         let mut rows: Vec<Vec<f64>> =
-            vec![motion.iter().map(|at| if over_velocity { at.v } else { at.q }).collect()];
+            vec![motion.iter().map(|at| if over_velocity { at.v() } else { at.q() }).collect()];
         let mut terms = vec![];
         for c in self.candidates.iter().filter(|c| curve_covers(curve, c)) {
             let scales = self.problem.scales(c.effect, c.channel, c.other);
@@ -134,21 +131,20 @@ impl Search<'_> {
         Some(Columns { terms, products: matrix.tr_mul(&matrix) })
     }
 
-    /// What laws see at some samples of a fit's motion.
-    fn samples(&self, fit: &Fit, curve: &ModelEffect) -> Vec<Local> {
-        let paths = fit.paths(self.problem);
-        let along = |(s, path): (&SmoothedRecording, &Vec<f64>)| {
-            (path.len() >= s.len()).then(|| s.along(path, path.len() / s.len()))
-        };
-        let motion: Vec<SmoothedRecording> =
-            self.problem.smoothed.iter().zip(&paths).filter_map(along).collect();
-        let total: usize = motion.iter().map(SmoothedRecording::len).sum();
-        let every = total.div_ceil(POINTS).max(1);
-        let of = |s: &SmoothedRecording| -> Vec<Local> {
-            (0..s.len()).step_by(every).map(|k| s.local(curve.channel, None, k)).collect()
-        };
-        motion.iter().flat_map(of).collect()
+    /// A fit's motion on the recordings; nothing where it diverges.
+    fn motion(&self, fit: &Fit) -> Vec<SmoothedRecording> {
+        let Ok(paths) = fit.paths() else { return vec![] };
+        let along = |(r, path): (usize, &Vec<f64>)| self.problem.motion(&fit.hypothesis, r, path);
+        paths.iter().enumerate().map(along).collect()
     }
+}
+
+/// What laws on some channels see at some samples of a motion.
+fn samples<'m>(motion: &'m [SmoothedRecording], channels: &'m [Channel]) -> Vec<At<'m>> {
+    let total: usize = motion.iter().map(SmoothedRecording::len).sum();
+    let every = total.div_ceil(POINTS).max(1);
+    let of = |s: &'m SmoothedRecording| (0..s.len()).step_by(every).map(move |k| s.at(channels, k));
+    motion.iter().flat_map(of).collect()
 }
 
 impl Columns {
@@ -184,12 +180,12 @@ impl Columns {
 }
 
 /// The basis of a law at some samples: one series an amplitude.
-fn series(c: &Candidate, shape: &[f64], at: &[Local]) -> Option<Vec<Vec<f64>>> {
+fn series(c: &Candidate, shape: &[f64], at: &[At]) -> Option<Vec<Vec<f64>>> {
     let Law::Force(law) = c.effect.law else { return None };
     let mut out = vec![Vec::with_capacity(at.len()); law.amplitudes()];
     let mut basis = vec![0.0; law.amplitudes()];
     for at in at {
-        law.basis(shape, at, &[], &mut basis);
+        law.plain().along(shape, at, &mut basis);
         out.iter_mut().zip(&basis).for_each(|(series, b)| series.push(*b));
     }
     Some(out)

@@ -4,23 +4,25 @@
 use super::forward::{Tried, rank};
 use super::{Search, chain};
 use crate::candidates::Candidate;
+use crate::likelihood::evidence::common_temperature;
 use crate::likelihood::{Effort, FULL, Fit};
-use lacuna_effects::find;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
 
-impl Search<'_> {
-    /// Add to the fitted candidates the other laws of dry friction where one is among the best.
-    pub(super) fn add_variants(&self, tried: &mut Vec<Tried>) {
-        rank(self.problem, tried);
-        let best = tried.iter().take(2).find(|t| t.candidate.is_dry_friction());
+impl<'p> Search<'p> {
+    /// Add to the fitted candidates the other laws of a family where one of them is among the best.
+    pub(super) fn add_variants(&self, tried: &mut Vec<Tried<'p>>) {
+        rank(tried);
+        let best = tried.iter().take(2).find(|t| t.candidate.effect.nature.kin.is_some());
         let more = best.map_or(vec![], |best| {
             let last = best.fit.hypothesis.supposed().len() - 1;
             self.variants(&best.fit, last)
         });
+        let temperature = common_temperature(tried.iter().chain(&more).map(|t| &t.fit));
+        let evidence = |t: &Tried| t.fit.log_evidence(temperature);
         for new in more {
             match tried.iter_mut().find(|t| t.candidate == new.candidate) {
-                Some(old) if old.fit.log_evidence() < new.fit.log_evidence() => *old = new,
+                Some(old) if evidence(old) < evidence(&new) => *old = new,
                 Some(_) => {}
                 None => tried.push(new),
             }
@@ -28,78 +30,58 @@ impl Search<'_> {
     }
 
     /// The best of the other laws in the place of effect `k`.
-    pub(super) fn best_variant(&self, fit: &Fit, k: usize) -> Option<Tried> {
+    pub(super) fn best_variant(&self, fit: &Fit<'p>, k: usize) -> Option<Tried<'p>> {
         let own = super::candidate_of(fit.hypothesis.supposed().get(k)?);
         let mut tried = self.variants(fit, k);
         tried.retain(|t| t.candidate != own);
-        rank(self.problem, &mut tried);
+        rank(&mut tried);
         tried.into_iter().next()
     }
 
     /// A fit with effect `k` written as the law that it holds as a special case, at its best.
-    pub(super) fn special_case(&self, fit: &Fit, k: usize) -> Option<Fit> {
+    pub(super) fn special_case<'f>(&self, fit: &Fit<'f>, k: usize) -> Option<Fit<'f>> {
         let fitted = fit.hypothesis.supposed().get(k)?;
-        let mut others = other_friction(fitted, self).into_iter();
+        let mut others = siblings(fitted, self).into_iter();
         let simple = others.find(|e| e.effect.parameters.len() < fitted.effect.parameters.len())?;
         let plain = fit.hypothesis.clone().without(k);
-        fit.refit(self.problem, self.with(&plain, simple), FULL)
+        fit.refit(self.with(&plain, simple), FULL).ok()
     }
 
     /// Effect `k` of a fit written with the other laws of its kind, each at its best.
-    fn variants(&self, fit: &Fit, k: usize) -> Vec<Tried> {
+    fn variants(&self, fit: &Fit<'p>, k: usize) -> Vec<Tried<'p>> {
         let Some(fitted) = fit.hypothesis.supposed().get(k) else { return vec![] };
         let plain = fit.hypothesis.clone().without(k);
         let glance = Effort { steps: 3, least: 0.3 };
-        let glanced: Vec<Option<Tried>> = other_friction(fitted, self)
+        let glanced: Vec<Option<Tried>> = siblings(fitted, self)
             .into_par_iter()
             .map(|effect| {
                 let candidate = super::candidate_of(&effect);
-                let fit = fit.refit(self.problem, self.with(&plain, effect), glance)?;
+                let fit = fit.refit(self.with(&plain, effect), glance).ok()?;
                 Some(Tried { candidate, fit })
             })
             .collect();
         let mut glanced: Vec<Tried> = glanced.into_iter().flatten().collect();
-        rank(self.problem, &mut glanced);
+        rank(&mut glanced);
         let mut best: Vec<Tried> = vec![];
         for t in glanced {
             if best.iter().all(|b| b.candidate != t.candidate) {
                 best.push(t);
             }
         }
-        let polish = |t: Tried| Tried { fit: chain::polish(self.problem, t.fit), ..t };
+        let polish = |t: Tried<'p>| Tried { fit: chain::polish(t.fit), ..t };
         best.into_par_iter().map(polish).collect()
     }
 }
 
-/// A dry friction written with the other laws of dry friction, as far as their parameters
-/// correspond. The Stribeck peak may be anywhere between creeping and full speed.
-fn other_friction(fitted: &ModelEffect, search: &Search) -> Vec<ModelEffect> {
-    let p = &fitted.parameters;
-    let (magnitude, offset, smoothing) = match fitted.effect.class {
-        "coulomb_friction" => (p[0], 0.0, p[1]),
-        "asymmetric_friction" => (0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0]), p[2]),
-        "stribeck_friction" => (p[0], 0.0, p[3]),
-        _ => return vec![],
-    };
-    let here = |class: &str| -> Option<Candidate> {
-        let own = super::candidate_of(fitted);
-        let c = Candidate { effect: find(class)?, ..own };
-        search.candidates.contains(&c).then_some(c)
-    };
-    let on = |class: &str, parameters: Vec<f64>| {
-        let c = here(class)?;
-        let std = vec![None; parameters.len()];
-        Some(ModelEffect { effect: c.effect, parameters, std, ..fitted.clone() })
-    };
-    let speed = search.problem.scales_of(fitted).v;
-    let mut out = vec![
-        on("coulomb_friction", vec![magnitude, smoothing]),
-        on("asymmetric_friction", vec![magnitude - offset, magnitude + offset, smoothing]),
-    ];
-    out.retain(|e| e.as_ref().is_some_and(|e| e.effect.class != fitted.effect.class));
-    for share in [0.15, 0.4, 1.2] {
-        let parameters = vec![0.8 * magnitude, 1.3 * magnitude, share * speed, smoothing];
-        out.push(on("stribeck_friction", parameters));
-    }
-    out.into_iter().flatten().collect()
+/// An effect written with the laws of its family, as far as their parameters correspond.
+fn siblings(fitted: &ModelEffect, search: &Search) -> Vec<ModelEffect> {
+    let own = super::candidate_of(fitted);
+    let scales = search.problem.scales_of(fitted);
+    let all = fitted.effect.siblings(&fitted.parameters, &scales).into_iter();
+    all.filter(|(effect, _)| search.candidates.contains(&Candidate { effect, ..own }))
+        .map(|(effect, parameters)| {
+            let std = vec![None; parameters.len()];
+            ModelEffect { effect, parameters, std, ..fitted.clone() }
+        })
+        .collect()
 }

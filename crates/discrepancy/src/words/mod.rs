@@ -12,9 +12,7 @@ pub(crate) fn says(e: &ModelEffect, new: &NewEffect, model: &Model) -> String {
         .effect
         .values()
         .zip(&new.parameters)
-        .filter(|(p, _)| {
-            p.kind == Kind::Number && p.name != "side" && p.name != "smoothing_velocity"
-        })
+        .filter(|(p, _)| p.kind == Kind::Number && p.physical)
         .map(|(p, (value, std, unit))| {
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             format!("{} {}{unit}", p.name.replace('_', " "), with_std(*value, std.unwrap_or(0.0)))

@@ -2,7 +2,7 @@
 
 use crate::machines::{ON_PENDULUM, ON_TWO_MASS};
 use lacuna_discrepancy::diagnose::{Options, diagnose, split};
-use lacuna_discrepancy::{Dataset, DiagnoseError};
+use lacuna_discrepancy::{Dataset, DiagnoseError, Watch};
 use lacuna_recordings::Recording;
 
 fn recordings() -> Vec<Recording> {
@@ -20,7 +20,7 @@ fn a_channel_that_nothing_measures_is_named() {
     let model = ON_TWO_MASS.model();
     let dataset = Dataset::new(&model, &without("x2")).expect("simulation needs no x2");
     let (training, held_out) = split(&dataset);
-    let error = diagnose(&model, &training, &held_out, Options::default(), &|_| {})
+    let error = diagnose(&model, &training, &held_out, Options::default(), &Watch::default())
         .err()
         .expect("x2 is not seen");
     assert!(matches!(&error, DiagnoseError::Unmeasured { channel } if channel == "x2"), "{error}");
@@ -81,7 +81,7 @@ fn a_stuck_sensor_is_refused_by_name() {
     }
     let model = ON_TWO_MASS.model();
     let (training, held_out) = split(&Dataset::new(&model, &all).expect("readable"));
-    let error = diagnose(&model, &training, &held_out, Options::default(), &|_| {})
+    let error = diagnose(&model, &training, &held_out, Options::default(), &Watch::default())
         .err()
         .expect("x2 is stuck");
     assert!(matches!(&error, DiagnoseError::Constant { channel } if channel == "x2"), "{error}");

@@ -54,6 +54,16 @@ fn quadratic_drag_on_the_second_of_two_masses() {
     assert_eq!(d.findings[0].parameters["coefficient"].unit, "N s^2/m^2");
 }
 
+/// More than the tolerance of the mass leaves room for.
+#[test]
+fn an_added_inertia_on_the_second_of_two_masses() {
+    let effect = "[[effect]]\nclass = \"added_inertia\"\nchannel = \"x2\"\ninertia = 0.9";
+    let d = conceal(ON_TWO_MASS, 21, effect);
+    names(&d, "added_inertia", "x2", &[("inertia", 0.9)]);
+    assert_eq!(d.findings[0].parameters["inertia"].unit, "N s^2/m");
+    assert_eq!(d.findings[0].depends_on, ["acceleration of x2"]);
+}
+
 #[test]
 fn cubic_stiffness_on_the_first_of_two_masses() {
     let effect = "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"x1\"\nstiffness = 60";

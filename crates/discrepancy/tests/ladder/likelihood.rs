@@ -1,9 +1,9 @@
 //! Multiple shooting: parameters come back, and their standard deviations are honest.
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS};
-use lacuna_discrepancy::Dataset;
 use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, Hypothesis, Problem};
 use lacuna_discrepancy::search::chain::lengthen;
+use lacuna_discrepancy::{Dataset, Decision};
 use lacuna_plants::model::ModelEffect;
 
 /// Errors of all parameters in units of their standard deviations, over several seeds.
@@ -19,7 +19,7 @@ fn standardised_errors(bench: Bench, seeds: std::ops::Range<u64>) -> Vec<f64> {
             let dataset = Dataset::new(&model, &bench.record(&truth, seed, 2)).expect("a dataset");
             let problem = Problem::new(&model, &dataset).expect("a problem");
             let begun = Fit::begin(&problem, Hypothesis::of(&model), 3).expect("a fit");
-            let fit = lengthen(&problem, begun);
+            let fit = lengthen(begun, Decision::default().window_misfit);
             // Windows grow to the whole recording.
             assert_eq!(fit.windowed.level, 0, "{} seed {seed}", model.name);
             let reduced = fit.reduced();
@@ -55,13 +55,14 @@ fn an_effect_is_fitted_from_a_rough_start() {
     let scales = problem.scales_of(&start);
     let begun =
         Fit::begin(&problem, Hypothesis::of(&model).with(start, &scales), 4).expect("a fit");
-    let fit = lengthen(&problem, begun);
+    let fit = lengthen(begun, Decision::default().window_misfit);
     let found = &fit.effects(1.0)[0];
     let std = found.std[0].expect("a fitted parameter has a standard deviation");
     assert!((found.parameters[0] - 0.25).abs() < 4.0 * std, "{} +- {std}", found.parameters[0]);
     assert!(std > 0.0 && std < 0.05, "{std}");
     assert!((0.9..1.1).contains(&fit.reduced()), "{}", fit.reduced());
-    assert!(fit.colour(&problem) < 3.0, "{}", fit.colour(&problem));
+    // What is left is white noise of the size that was estimated.
+    assert!(fit.temperature() < 3.0, "{}", fit.temperature());
 }
 
 #[test]
@@ -91,7 +92,7 @@ fn memory_does_not_know_of_windows() {
     let h = Hypothesis::of(&model).with(truth.effects[0].clone(), &scales);
     for level in [4, 0] {
         let fit = Fit::begin(&problem, h.clone(), level).expect("a fit");
-        let fit = fit.refit(&problem, fit.hypothesis.clone(), FULL).expect("a fit");
+        let fit = fit.refit(fit.hypothesis.clone(), FULL).expect("a fit");
         assert!((0.9..1.1).contains(&fit.reduced()), "level {level}: {}", fit.reduced());
         let std = fit.effects(1.0)[0].std[1].expect("a standard deviation");
         let tau = fit.hypothesis.supposed()[0].parameters[1];
@@ -118,8 +119,8 @@ fn evidence_prefers_what_is_there() {
                 let effect = bench.truth(e).effects[0].clone();
                 let scales = problem.scales_of(&effect);
                 let h = plain.hypothesis.clone().with(effect, &scales);
-                let fit = plain.refit(&problem, h, effort).expect("a fit");
-                fit.log_evidence() - plain.log_evidence()
+                let fit = plain.refit(h, effort).expect("a fit");
+                fit.gain_over(&plain)
             })
             .collect();
         match right {

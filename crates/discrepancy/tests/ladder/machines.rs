@@ -1,7 +1,7 @@
 //! Three machines and what their sensors would record of them.
 
-use lacuna_discrepancy::Dataset;
 use lacuna_discrepancy::diagnose::{Options, Outcome, diagnose, split};
+use lacuna_discrepancy::{Dataset, Watch};
 use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna_plants::{Model, SampledInput, System, rk4};
 use lacuna_recordings::{Column, Recording};
@@ -170,6 +170,6 @@ impl Bench {
 pub fn diagnosed(model: &Model, recordings: &[Recording]) -> Outcome {
     let dataset = Dataset::new(model, recordings).expect("the recordings fit");
     let (training, held_out) = split(&dataset);
-    diagnose(model, &training, &held_out, Options::default(), &|_| {})
+    diagnose(model, &training, &held_out, Options::default(), &Watch::default())
         .expect("the diagnosis is made")
 }

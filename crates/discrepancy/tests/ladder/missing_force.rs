@@ -1,10 +1,10 @@
 //! The missing force that is drawn against the one that was concealed.
 
 use crate::machines::PENDULUM;
-use lacuna_discrepancy::Dataset;
 use lacuna_discrepancy::likelihood::Problem;
 use lacuna_discrepancy::missing_force::{Belief, Learned, MissingForce};
 use lacuna_discrepancy::screen::Over;
+use lacuna_discrepancy::{Dataset, Decision};
 use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna_plants::{Model, SampledInput, System, rk4};
 use lacuna_recordings::{Column, Recording};
@@ -235,7 +235,7 @@ fn draw(k: usize, class: &'static str) -> Case {
 
 fn missing(model: &Model, dataset: &Dataset) -> MissingForce {
     let problem = Problem::new(model, dataset).expect("a problem");
-    let belief = Belief::of(model);
+    let belief = Belief::of(model, Decision::default().prior_odds);
     MissingForce::of(&problem, &belief)
 }
 

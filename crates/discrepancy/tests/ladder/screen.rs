@@ -14,8 +14,8 @@ fn screened(bench: Bench, seed: u64, effect: &str, shape: &[f64]) -> (f64, f64, 
     let dataset = Dataset::new(&model, &bench.record(&truth, seed, 2)).expect("a dataset");
     let problem = Problem::new(&model, &dataset).expect("a problem");
     let plain = Fit::begin(&problem, Hypothesis::of(&model), 2).expect("a fit");
-    let plain = plain.refit(&problem, plain.hypothesis.clone(), FULL).expect("a fit");
-    let screen = Screen::new(&problem, &plain).expect("a finite trajectory");
+    let plain = plain.refit(plain.hypothesis.clone(), FULL).expect("a fit");
+    let screen = Screen::new(&plain).expect("a finite trajectory");
     let e = &truth.effects[0];
     let candidate = Candidate { effect: e.effect, channel: e.channel, other: e.other };
     let scored = screen.gain(Term { candidate, shape: shape.to_vec() }).expect("a finite gain");
@@ -54,7 +54,7 @@ fn nothing_gains_where_nothing_is_missing() {
     let dataset = Dataset::new(&model, &bench.record(&model, 35, 2)).expect("a dataset");
     let problem = Problem::new(&model, &dataset).expect("a problem");
     let plain = Fit::begin(&problem, Hypothesis::of(&model), 2).expect("a fit");
-    let screen = Screen::new(&problem, &plain).expect("a finite trajectory");
+    let screen = Screen::new(&plain).expect("a finite trajectory");
     for curve in screen.curves() {
         assert!(curve.gain < 5.0, "{}", curve.gain);
     }

@@ -14,7 +14,7 @@ use channels::{Channel, Input, Run};
 use clap::Args;
 use lacuna::discrepancy::Dataset;
 use lacuna::plants::{Hold, Model};
-use lacuna::recordings::{Recording, RecordingSource, read_csv};
+use lacuna::recordings::{Recording, RecordingSource};
 use parameters::Parameters;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -57,7 +57,7 @@ pub fn run(a: &Arguments) -> Outcome {
     let recordings = a
         .recordings
         .iter()
-        .map(|s| read_csv(s, &model.time_column))
+        .map(|s| lacuna::recordings::read(s, &model.time_column))
         .collect::<Result<Vec<_>, _>>()?;
     let dataset = Dataset::new(&model, &recordings)?;
     let report = Report::of(&model, &recordings, &dataset)?;

@@ -1,15 +1,15 @@
 //! `lacuna demo`: conceal an effect in made-up recordings, diagnose them, and unseal it.
 
 use super::{Outcome, diagnose};
-use crate::interrupt::uninterrupted;
+use crate::interrupt::{Cancellable, uninterrupted};
 use crate::output::{colour, spinner, write_whole};
 use crate::say::{say, sayln};
 use clap::Args;
-use lacuna::discrepancy::Dataset;
 use lacuna::discrepancy::diagnose as ladder;
+use lacuna::discrepancy::{Dataset, Watch};
 use lacuna::effects;
 use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
-use lacuna::plants::model::{ModelEffect, NewEffect, augmented_text};
+use lacuna::plants::model::{ModelEffect, NewEffect};
 use lacuna::plants::{Model, SampledInput, System, rk4};
 use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
 use lacuna::report;
@@ -65,13 +65,17 @@ pub fn run(a: &Arguments) -> Outcome {
     let model = Model::read(&model_file)?;
     let (training, held_out) = ladder::split(&Dataset::read(&model, &sources)?);
     let bar = spinner(false);
-    let outcome =
-        ladder::diagnose(&model, &training, &held_out, ladder::Options::default(), &|doing| {
-            bar.set_message(doing.to_owned());
-        });
+    let progress = |doing: &str| bar.set_message(doing.to_owned());
+    let running = Cancellable::begin();
+    let watch = Watch::new(&progress, running.token());
+    let options = ladder::Options::default();
+    let outcome = ladder::diagnose(&model, &training, &held_out, options, &watch);
     bar.finish_and_clear();
+    if let Some(cancelled) = running.end() {
+        return Ok(cancelled);
+    }
     let outcome = outcome?;
-    let augmented = augmented_text(MODEL, "model.toml", &outcome.augmentation)?;
+    let augmented = model.augmented_text(&outcome.augmentation)?;
     let proofs = diagnose::proofs(&training, &outcome.proofs);
     diagnose::write(&a.out, &outcome.diagnosis, &augmented, &proofs)?;
     say!("{}", report::summary(&outcome.diagnosis, colour()))?;
@@ -145,7 +149,7 @@ fn sealed_in_words(truth: &Truth) -> String {
         .parameters
         .iter()
         .zip(&e.parameters)
-        .filter(|(p, _)| p.name != "side")
+        .filter(|(p, _)| p.kind == effects::Kind::Number)
         .map(|(p, (value, _, unit))| format!("{} = {value:.4} {unit}", p.name))
         .collect();
     let (name, nominal, value) = &truth.calibrated;

@@ -3,14 +3,14 @@
 use super::Outcome;
 use super::kind::read_equations;
 use super::typed::typed;
+use crate::interrupt::Cancellable;
 use crate::output::{colour, spinner, write_together};
 use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::discrepancy::diagnose::{self, Options, Proof};
 use lacuna::discrepancy::diagnosis::{Diagnosis, Verdict};
-use lacuna::discrepancy::{Dataset, Output};
+use lacuna::discrepancy::{Dataset, Output, Watch};
 use lacuna::plants::Model;
-use lacuna::plants::model::augmented_text;
 use lacuna::recordings::RecordingSource;
 use lacuna::report;
 use std::path::{Path, PathBuf};
@@ -52,16 +52,18 @@ pub fn run(a: &Arguments) -> Outcome {
     let model = read_equations(&a.model)?;
     let (training, held_out) = datasets(&model, &a.recordings, &a.held_out)?;
     let bar = spinner(a.quiet || a.json);
-    let options = Options { learn_remainder: a.learn_remainder };
-    let outcome = diagnose::diagnose(&model, &training, &held_out, options, &|doing| {
-        bar.set_message(doing.to_owned());
-    });
+    let options = Options { learn_remainder: a.learn_remainder, ..Options::default() };
+    let progress = |doing: &str| bar.set_message(doing.to_owned());
+    let running = Cancellable::begin();
+    let watch = Watch::new(&progress, running.token());
+    let outcome = diagnose::diagnose(&model, &training, &held_out, options, &watch);
     bar.finish_and_clear();
+    if let Some(cancelled) = running.end() {
+        return Ok(cancelled);
+    }
     let outcome = outcome?;
     if let Some(folder) = &a.out {
-        let file = a.model.display().to_string();
-        let augmented =
-            augmented_text(&std::fs::read_to_string(&a.model)?, &file, &outcome.augmentation)?;
+        let augmented = model.augmented_text(&outcome.augmentation)?;
         let proofs = proofs(&training, &outcome.proofs);
         write(folder, &outcome.diagnosis, &augmented, &proofs)?;
         if a.figures {

@@ -26,7 +26,7 @@ use lacuna::occupation::identification::Report as Chosen;
 use lacuna::occupation::{
     Family, Identification, IdentificationError, Identified, InputPath, Names,
 };
-use lacuna::recordings::{InputHold, Recording, RecordingSource, read_csv};
+use lacuna::recordings::{InputHold, Recording, RecordingSource};
 use motion::Motion;
 use proof::Proof;
 use serde::Serialize;
@@ -127,8 +127,11 @@ pub fn run(a: &Arguments) -> Outcome {
     let bar = spinner(a.quiet || a.json);
     bar.set_message("reading the recordings");
     let columns = Columns::choose(a)?;
-    let recordings =
-        a.recordings.iter().map(|s| read_csv(s, &columns.time)).collect::<Result<Vec<_>, _>>()?;
+    let recordings = a
+        .recordings
+        .iter()
+        .map(|s| lacuna::recordings::read(s, &columns.time))
+        .collect::<Result<Vec<_>, _>>()?;
     let hold = match a.input_hold {
         Hold::ZeroOrder => InputHold::ZeroOrder,
         Hold::Linear | Hold::Smooth => InputHold::Linear,

@@ -4,7 +4,7 @@ use lacuna::discrepancy::{Dataset, DiagnoseError, IdentifiedPredictor, Predictio
 use lacuna::occupation::compile::Compiled;
 use lacuna::occupation::{IdentifiedModel, ModelFileError, Names};
 use lacuna::plants::Model;
-use lacuna::recordings::{RecordingSource, read_csv};
+use lacuna::recordings::RecordingSource;
 use std::error::Error;
 use std::path::Path;
 
@@ -60,7 +60,7 @@ impl AnyModel {
             Self::Equations(model) => Dataset::read(model, std::slice::from_ref(like)),
             Self::Identified(identified) => {
                 let (model, names) = &**identified;
-                let recording = read_csv(like, &names.time)?;
+                let recording = lacuna::recordings::read(like, &names.time)?;
                 Dataset::of_identified(names, model.order(), &[recording])
             }
         }

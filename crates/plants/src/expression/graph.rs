@@ -1,5 +1,6 @@
 //! Expressions as one graph in which equal sub-expressions are shared.
 
+use lacuna_numbers::Number;
 use std::collections::HashMap;
 
 /// Index of a node in its [`Graph`].
@@ -73,7 +74,7 @@ impl Unary {
     /// The value of the operation.
     #[inline(always)]
     #[must_use]
-    pub fn apply(self, a: f64) -> f64 {
+    pub fn apply<T: Number>(self, a: T) -> T {
         match self {
             Self::Negate => -a,
             Self::Sin => a.sin(),
@@ -89,21 +90,10 @@ impl Unary {
             Self::Log => a.ln(),
             Self::Sqrt => a.sqrt(),
             Self::Abs => a.abs(),
-            Self::Sign => sign(a),
-            Self::Square => a * a,
-            Self::Cube => a * a * a,
+            Self::Sign => a.sign(),
+            Self::Square => a.powi(2),
+            Self::Cube => a.powi(3),
         }
-    }
-}
-
-/// -1, 0 or 1: unlike `f64::signum`, 0 has no sign.
-fn sign(a: f64) -> f64 {
-    if a > 0.0 {
-        1.0
-    } else if a < 0.0 {
-        -1.0
-    } else {
-        a * 0.0
     }
 }
 
@@ -120,7 +110,7 @@ impl Binary {
     /// The value of the operation.
     #[inline(always)]
     #[must_use]
-    pub fn apply(self, a: f64, b: f64) -> f64 {
+    pub fn apply<T: Number>(self, a: T, b: T) -> T {
         match self {
             Self::Add => a + b,
             Self::Subtract => a - b,

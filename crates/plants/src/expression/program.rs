@@ -5,7 +5,8 @@
 //! call, and temporaries that are used again as soon as they are free.
 
 use super::graph::{Binary, Graph, Node, NodeId, Unary};
-use crate::number::Number;
+use lacuna_numbers::Number;
+use std::sync::Arc;
 
 /// One operation on registers. The two kinds of operations are one flat code, so that the
 /// interpreter jumps once an instruction; a unary one ignores `b`.
@@ -39,8 +40,8 @@ macro_rules! codes {
             #[inline(always)]
             fn apply<T: Number>(self, a: T, b: T) -> T {
                 match self {
-                    $(Self::$unary => a.unary(Unary::$unary),)*
-                    $(Self::$binary => a.binary(Binary::$binary, b),)*
+                    $(Self::$unary => Unary::$unary.apply(a),)*
+                    $(Self::$binary => Binary::$binary.apply(a, b),)*
                 }
             }
         }
@@ -53,14 +54,14 @@ codes! {
 }
 
 /// A compiled set of expressions. Variables with a slot below `parameters` are frozen by
-/// [`Program::bind`], the rest are given with each evaluation.
+/// [`Program::bind`], the rest are given with each evaluation. Clones share the code.
 #[derive(Clone, Debug)]
 pub struct Program {
     parameters: usize,
-    frozen: Vec<Frozen>,
-    variables: Vec<u32>,
-    body: Vec<Instruction>,
-    outputs: Vec<u32>,
+    frozen: Arc<[Frozen]>,
+    variables: Arc<[u32]>,
+    body: Arc<[Instruction]>,
+    outputs: Arc<[u32]>,
     registers: usize,
 }
 
@@ -97,12 +98,12 @@ impl Program {
     pub fn bind<T: Number>(&self, parameters: &[T]) -> Bound<T> {
         debug_assert_eq!(parameters.len(), self.parameters);
         let mut frozen: Vec<T> = Vec::with_capacity(self.frozen.len());
-        for &f in &self.frozen {
+        for &f in &*self.frozen {
             frozen.push(match f {
                 Frozen::Constant(v) => T::constant(v),
                 Frozen::Parameter(p) => parameters[p as usize],
-                Frozen::Unary(op, a) => frozen[a as usize].unary(op),
-                Frozen::Binary(op, a, b) => frozen[a as usize].binary(op, frozen[b as usize]),
+                Frozen::Unary(op, a) => op.apply(frozen[a as usize]),
+                Frozen::Binary(op, a, b) => op.apply(frozen[a as usize], frozen[b as usize]),
             });
         }
         Bound { frozen }
@@ -144,13 +145,13 @@ impl Program {
     #[inline(always)]
     pub fn evaluate_in<T: Number>(&self, r: &mut [T], variables: &[T], outputs: &mut [T]) {
         let frozen = self.frozen.len();
-        for (register, &slot) in r[frozen..].iter_mut().zip(&self.variables) {
+        for (register, &slot) in r[frozen..].iter_mut().zip(&*self.variables) {
             *register = variables[slot as usize];
         }
-        for &Instruction { op, a, b, to } in &self.body {
+        for &Instruction { op, a, b, to } in &*self.body {
             r[to as usize] = op.apply(r[a as usize], r[b as usize]);
         }
-        for (output, &register) in outputs.iter_mut().zip(&self.outputs) {
+        for (output, &register) in outputs.iter_mut().zip(&*self.outputs) {
             *output = r[register as usize];
         }
     }
@@ -237,9 +238,9 @@ impl<'a> Compiler<'a> {
         let outputs = self.outputs.iter().map(|o| register[o.index()]).collect();
         Program {
             parameters: self.parameters,
-            frozen,
-            variables,
-            body,
+            frozen: frozen.into(),
+            variables: variables.into(),
+            body: body.into(),
             outputs,
             registers: next as usize,
         }

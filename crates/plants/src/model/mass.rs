@@ -1,6 +1,6 @@
 //! Solving for accelerations.
 
-use crate::Number;
+use lacuna_numbers::Number;
 
 /// `force <- mass^-1 force`; not finite where the mass matrix is singular. Both are
 /// overwritten. Gaussian elimination with pivoting; one and two coordinates, the usual

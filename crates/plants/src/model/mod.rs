@@ -1,24 +1,32 @@
-//! Models read from a text file: mechanics `M(q) q'' = F(q, q', h, u)` and first-order
-//! states `h' = D(q, q', h, u)`, with the effects of the catalogue that act on them.
+//! Models: what is believed of a machine. The names, units and tolerances of what its
+//! [`Dynamics`] depend on, the effects of the catalogue that act on it, and what recordings of
+//! it measure. Read from a text file ([`Model::read`]), or built ([`Model::builder`]).
 
+mod builder;
 mod error;
 mod force;
 mod mass;
+mod name;
 mod observation;
 mod read;
+mod series;
 mod system;
 mod write;
 
+pub use builder::{BuildError, Builder};
 pub use error::{ModelError, Place};
+pub use name::NameError;
 pub use observation::Observation;
-pub use system::{Direction, Equations, System, Workspace};
-pub use write::{Augmentation, NewEffect, augmented_text};
+pub use series::{SeriesEffect, effective_inputs};
+pub use system::{Direction, Step, System, Workspace};
+pub use write::{Augmentation, NewEffect};
 
 use crate::Hold;
-use crate::expression::{Graph, NodeId};
-use lacuna_effects::{Effect, Law, Variable};
+use crate::dynamics::{Dynamics, Mass};
+use lacuna_effects::{Channel, Effect, Law, Variable};
+use std::sync::Arc;
 
-/// A model file, read and checked.
+/// What is believed of a machine.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// The model's name.
@@ -39,7 +47,16 @@ pub struct Model {
     pub time_column: String,
     /// What the inputs do between samples.
     pub hold: Hold,
-    equations: Nodes,
+    dynamics: Arc<dyn Dynamics>,
+    /// What it was read from, if it was.
+    source: Option<Arc<Source>>,
+}
+
+/// The text of a model file, as it was read.
+#[derive(Debug)]
+struct Source {
+    file: String,
+    text: String,
 }
 
 /// A parameter of the model.
@@ -133,21 +150,17 @@ pub enum Measured {
     State(usize),
     /// An input.
     Input(usize),
-    /// An expression of states.
-    Expression(NodeId),
-}
-
-/// The model's equations as nodes of one graph.
-#[derive(Clone, Debug, Default)]
-struct Nodes {
-    graph: Graph,
-    /// Mass matrix, row-major.
-    mass: Vec<NodeId>,
-    /// Generalised forces of the coordinates, then derivatives of the first-order states.
-    force: Vec<NodeId>,
+    /// An output of the dynamics' own ([`Dynamics::outputs`]): in a model file, an expression.
+    Output(usize),
 }
 
 impl Model {
+    /// What simulates it.
+    #[must_use]
+    pub fn dynamics(&self) -> &dyn Dynamics {
+        &*self.dynamics
+    }
+
     /// Number of force channels: coordinates, then first-order states.
     #[must_use]
     pub fn channels(&self) -> usize {
@@ -182,10 +195,22 @@ impl Model {
     }
 
     /// Index in the machine's state of a channel's velocity; a first-order state is its own,
-    /// see [`lacuna_effects::Local`].
+    /// see [`lacuna_effects::Channel`].
     #[must_use]
     pub fn velocity_index(&self, channel: usize) -> usize {
         channel + self.coordinates.len()
+    }
+
+    /// Where a channel's coordinate and velocity stand in the machine's state.
+    #[must_use]
+    pub fn place(&self, channel: usize) -> Channel {
+        Channel { q: self.coordinate_index(channel), v: self.velocity_index(channel) }
+    }
+
+    /// The places of a channel and of the other one that an effect names.
+    #[must_use]
+    pub fn places(&self, channel: usize, other: Option<usize>) -> Vec<Channel> {
+        std::iter::once(channel).chain(other).map(|c| self.place(c)).collect()
     }
 
     /// Name of an entry of the machine's state.
@@ -211,9 +236,13 @@ impl Model {
     }
 
     /// Unit of a channel's generalised force: N m for angles, N for lengths, and the unit per
-    /// second for first-order states.
+    /// second for first-order states. Where the dynamics give accelerations alone
+    /// ([`Mass::Unit`]), it is that of the acceleration.
     #[must_use]
     pub fn force_unit(&self, channel: usize) -> String {
+        if let (Mass::Unit, Some(c)) = (self.dynamics.mass(), self.coordinates.get(channel)) {
+            return lacuna_effects::Dimension::new(0, 1, -2).text("", &c.unit, "");
+        }
         match self.coordinates.get(channel).map(|c| c.unit.as_str()) {
             Some("rad" | "deg" | "rev") => "N m".to_owned(),
             Some("m" | "mm" | "cm" | "um") => "N".to_owned(),
@@ -265,7 +294,10 @@ impl Model {
             Variable::Coordinate => Some(self.channel_name(channel)),
             Variable::Velocity => self.coordinates.get(channel).map(|c| c.velocity.as_str()),
             Variable::Time => Some(&self.time_column),
-            Variable::OtherCoordinate | Variable::OtherVelocity | Variable::Input => None,
+            Variable::Acceleration
+            | Variable::OtherCoordinate
+            | Variable::OtherVelocity
+            | Variable::Input => None,
         }
     }
 
@@ -288,39 +320,17 @@ impl Model {
     /// The effective inputs (row-major, as `commands`) after the input effects of this model.
     #[must_use]
     pub fn effective_inputs(&self, times: &[f64], commands: &[f64]) -> Vec<f64> {
-        effective_inputs(&self.effects, self.inputs.len(), times, commands)
+        let effects = SeriesEffect::inputs(&self.effects);
+        effective_inputs(&effects, self.inputs.len(), times, commands.to_vec())
     }
 
     /// What the sensors make of an entry of the machine's state.
     #[must_use]
     pub fn observed(&self, state: usize, times: &[f64], truth: Vec<f64>) -> Vec<f64> {
-        self.effects.iter().filter(|e| e.channel == state).fold(truth, |series, e| {
-            match e.effect.law {
-                Law::Sensor(law) => law.observe(&e.parameters, times, &series),
-                _ => series,
-            }
-        })
+        let sensors = SeriesEffect::sensors(&self.effects).into_iter();
+        let own = sensors.filter(|e| e.channel == state);
+        own.fold(truth, |series, e| e.applied(times, &series))
     }
-}
-
-/// What the input effects among `effects` make of the commands to `m` actuators.
-#[must_use]
-pub fn effective_inputs(
-    effects: &[ModelEffect],
-    m: usize,
-    times: &[f64],
-    commands: &[f64],
-) -> Vec<f64> {
-    let mut effective = commands.to_vec();
-    for e in effects {
-        let Law::Input(law) = e.effect.law else { continue };
-        let column: Vec<f64> = effective.iter().skip(e.channel).step_by(m).copied().collect();
-        let out = law.transform(&e.parameters, times, &column);
-        for (k, value) in out.into_iter().enumerate() {
-            effective[k * m + e.channel] = value;
-        }
-    }
-    effective
 }
 
 /// The unit of a rate.

@@ -1,40 +1,33 @@
 //! What the recordings see of the machine's state.
 
 use super::{Measured, Model};
-use crate::Number;
-use crate::expression::{Bound, Program};
+use crate::dynamics::{Bound, Dynamics, Evaluated, Sizes};
+use lacuna_numbers::Number;
+use std::sync::Arc;
 
-/// The measured quantities of a model, compiled.
+/// The measured quantities of a model.
 #[derive(Clone, Debug)]
 pub struct Observation {
-    program: Program,
+    dynamics: Arc<dyn Dynamics>,
+    sizes: Sizes,
     measured: Vec<Measured>,
-    states: usize,
-    inputs: usize,
+    /// Whether all are entries of the state or inputs, as most are.
+    plain: bool,
 }
 
 impl Observation {
-    /// Compile what is measured, in this order.
+    /// What is measured, in this order.
     #[must_use]
     pub fn of(model: &Model, measured: &[Measured]) -> Self {
-        let mut graph = model.equations.graph.clone();
-        let (p, states) = (model.parameters.len(), model.machine_states());
-        let nodes: Vec<_> = measured
-            .iter()
-            .map(|m| match *m {
-                Measured::State(i) => graph.variable(p + i),
-                Measured::Input(j) => graph.variable(p + states + j),
-                Measured::Expression(node) => node,
-            })
-            .collect();
-        let program = Program::compile(&graph, p, &nodes);
-        Self { program, measured: measured.to_vec(), states, inputs: model.inputs.len() }
+        let plain = !measured.iter().any(|m| matches!(m, Measured::Output(_)));
+        let dynamics = model.dynamics.clone();
+        Self { sizes: dynamics.sizes(), dynamics, measured: measured.to_vec(), plain }
     }
 
     /// Set the parameters.
     #[must_use]
-    pub fn bind<T: Number>(&self, parameters: &[T]) -> Bound<T> {
-        self.program.bind(parameters)
+    pub fn bind<T: Evaluated>(&self, parameters: &[T]) -> Bound<T> {
+        T::bind(&*self.dynamics, parameters)
     }
 
     /// The measured quantities at a state (memory beyond the machine's state is ignored).
@@ -46,22 +39,24 @@ impl Observation {
         u: &[T],
         out: &mut [T],
     ) {
-        // Most outputs are entries of the state; they need no program.
-        let plain = |m: &Measured| !matches!(m, Measured::Expression(_));
-        if self.measured.iter().all(plain) {
-            for (out, m) in out.iter_mut().zip(&self.measured) {
-                *out = match *m {
-                    Measured::State(i) => state[i],
-                    Measured::Input(j) => u[j],
-                    Measured::Expression(_) => unreachable!("all are plain"),
-                };
-            }
-            return;
+        let own = if self.plain { vec![] } else { self.outputs(bound, t, state, u) };
+        for (out, m) in out.iter_mut().zip(&self.measured) {
+            *out = match *m {
+                Measured::State(i) => state[i],
+                Measured::Input(j) => u[j],
+                Measured::Output(k) => own[k],
+            };
         }
-        let mut variables = Vec::with_capacity(self.states + self.inputs + 1);
-        variables.extend_from_slice(&state[..self.states]);
+    }
+
+    /// The outputs of the dynamics' own.
+    fn outputs<T: Number>(&self, bound: &Bound<T>, t: f64, state: &[T], u: &[T]) -> Vec<T> {
+        let mut variables = Vec::with_capacity(self.sizes.variables());
+        variables.extend_from_slice(&state[..self.sizes.machine_states()]);
         variables.extend_from_slice(u);
         variables.push(T::constant(t));
-        self.program.evaluate(bound, &variables, out);
+        let mut outputs = vec![T::constant(0.0); self.dynamics.outputs()];
+        bound.observe(&variables, &mut outputs);
+        outputs
     }
 }

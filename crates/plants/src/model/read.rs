@@ -4,15 +4,19 @@ mod channel;
 mod effect;
 mod value;
 
+use super::name::check_name;
 use super::{
-    Coordinate, Measured, Measurement, Model, ModelError, Nodes, Parameter, Place, Quantity, System,
+    Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, Quantity, Source,
+    System,
 };
 use crate::Hold;
+use crate::dynamics::{Equations, Nodes, Sizes};
 use crate::expression::{Graph, NodeId, parse};
 use effect::RawEffect;
 use indexmap::IndexMap;
 use serde::Deserialize;
 use std::path::Path;
+use std::sync::Arc;
 use toml::Spanned;
 
 /// Programs number their registers with 16 bits.
@@ -137,12 +141,29 @@ impl Model {
     /// [`ModelError`] with the line and column, and what was expected there.
     pub fn from_text(text: &str, file: &str) -> Result<Self, ModelError> {
         let reader = Reader { text, file };
-        let raw: File = toml::from_str(text).map_err(|e| {
-            let place = e.span().map(|s| Place::of(text, s.start, s.end));
-            let message = e.message().replace('\n', " ");
-            ModelError { file: file.to_owned(), place, message }
-        })?;
-        reader.model(raw)
+        reader.model(reader.file()?)
+    }
+
+    /// This model with the values of parameters and the effects of a text that
+    /// [`Model::augmented_text`] wrote of it; `file` is named in errors. It is how a model that is
+    /// no text itself takes up what was found.
+    ///
+    /// # Errors
+    /// [`ModelError`] with the line and column, and what was expected there: also parameters
+    /// that the model does not have.
+    pub fn with_text(&self, text: &str, file: &str) -> Result<Self, ModelError> {
+        let reader = Reader { text, file };
+        let raw = reader.file()?;
+        let mut model = self.clone();
+        for new in reader.parameters(&raw)? {
+            match model.parameters.iter_mut().find(|p| p.name == new.name) {
+                Some(own) => *own = new,
+                None => return Err(reader.unknown_parameter(&raw, &new.name, self)),
+            }
+        }
+        model.effects =
+            raw.effect.iter().map(|e| reader.effect(e, &model)).collect::<Result<_, _>>()?;
+        Ok(model)
     }
 }
 
@@ -154,11 +175,24 @@ struct Reader<'a> {
 /// The declared names and the slots of their variables.
 struct Names {
     list: Vec<String>,
+    sizes: Sizes,
 }
 
 impl Names {
     fn node(&self, graph: &mut Graph, name: &str) -> Option<NodeId> {
         self.list.iter().position(|n| n == name).map(|slot| graph.variable(slot))
+    }
+
+    /// The entry of the machine's state, or the input, of that name.
+    fn measured(&self, name: &str) -> Option<Measured> {
+        let slot = self.list.iter().position(|n| n == name)?;
+        let (variable, states) =
+            (slot.checked_sub(self.sizes.parameters)?, self.sizes.machine_states());
+        match variable {
+            i if i < states => Some(Measured::State(i)),
+            j if j < states + self.sizes.inputs => Some(Measured::Input(j - states)),
+            _ => None,
+        }
     }
 }
 
@@ -172,10 +206,23 @@ impl Reader<'_> {
         ModelError { file: self.file.to_owned(), place: None, message: message.to_owned() }
     }
 
+    fn file(&self) -> Result<File, ModelError> {
+        toml::from_str(self.text).map_err(|e| {
+            let place = e.span().map(|s| Place::of(self.text, s.start, s.end));
+            let message = e.message().replace('\n', " ");
+            ModelError { file: self.file.to_owned(), place, message }
+        })
+    }
+
     fn model(&self, raw: File) -> Result<Model, ModelError> {
         let names = self.names(&raw)?;
         let parameters = self.parameters(&raw)?;
-        let equations = self.equations(&raw, &names)?;
+        let mut nodes = self.equations(&raw, &names)?;
+        let measurements = raw
+            .measurement
+            .iter()
+            .map(|m| self.measurement(m, &mut nodes, &names))
+            .collect::<Result<_, _>>()?;
         let (time_column, hold) = match raw.recordings.input_hold {
             RawHold::ZeroOrder => (raw.recordings.time, Hold::ZeroOrder),
             RawHold::Linear => (raw.recordings.time, Hold::Linear),
@@ -191,15 +238,15 @@ impl Reader<'_> {
             coordinates: raw.coordinate.iter().map(coordinate).collect(),
             states: raw.state.iter().map(|s| quantity(&s.name, &s.unit)).collect(),
             effects: vec![],
-            measurements: vec![],
+            measurements,
             time_column,
             hold,
-            equations,
+            dynamics: Arc::new(Equations::compile(&nodes, names.sizes)),
+            source: Some(Arc::new(Source {
+                file: self.file.to_owned(),
+                text: self.text.to_owned(),
+            })),
         };
-        for m in &raw.measurement {
-            let measurement = self.measurement(m, &mut model, &names)?;
-            model.measurements.push(measurement);
-        }
         for e in &raw.effect {
             let effect = self.effect(e, &model)?;
             model.effects.push(effect);
@@ -223,7 +270,8 @@ impl Reader<'_> {
         let all = parameters.chain(coordinates).chain(velocities).chain(states).chain(inputs);
         let mut list: Vec<String> = Vec::new();
         for name in all {
-            self.check_name(name, &list)?;
+            check_name(name.get_ref(), &list)
+                .map_err(|e| self.error(name.span(), e.to_string()))?;
             list.push(name.get_ref().clone());
         }
         // A model may use a name of its own for something else than time.
@@ -232,28 +280,23 @@ impl Reader<'_> {
         } else {
             list.push(String::new());
         }
-        Ok(Names { list })
+        let sizes = Sizes {
+            parameters: raw.parameters.len(),
+            coordinates: raw.coordinate.len(),
+            states: raw.state.len(),
+            inputs: raw.input.len(),
+        };
+        Ok(Names { list, sizes })
     }
 
-    fn check_name(&self, name: &Spanned<String>, taken: &[String]) -> Result<(), ModelError> {
-        let text = name.get_ref();
-        let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        let plain = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-            && text.chars().all(word);
-        if !plain {
-            let message = format!(
-                "'{text}' cannot be a name: names begin with a letter and hold letters, digits and _"
-            );
-            return Err(self.error(name.span(), message));
+    fn unknown_parameter(&self, raw: &File, name: &str, model: &Model) -> ModelError {
+        let known: Vec<_> = model.parameters.iter().map(|p| p.name.as_str()).collect();
+        let message =
+            format!("'{}' has no parameter '{name}'; it has {}", model.name, known.join(", "));
+        match raw.parameters.keys().find(|key| key.get_ref() == name) {
+            Some(key) => self.error(key.span(), message),
+            None => self.whole(&message),
         }
-        if text == "pi" {
-            return Err(self.error(name.span(), "'pi' is the number and cannot be a name".into()));
-        }
-        if taken.contains(text) {
-            let message = format!("'{text}' is declared twice: each name stands for one thing");
-            return Err(self.error(name.span(), message));
-        }
-        Ok(())
     }
 
     fn parameters(&self, raw: &File) -> Result<Vec<Parameter>, ModelError> {
@@ -352,17 +395,17 @@ impl Reader<'_> {
     fn measurement(
         &self,
         raw: &RawMeasurement,
-        model: &mut Model,
+        nodes: &mut Nodes,
         names: &Names,
     ) -> Result<Measurement, ModelError> {
         let text = raw.of.get_ref();
-        let state = (0..model.machine_states()).find(|&i| model.state_name(i) == text);
-        let of = if let Some(state) = state {
-            Measured::State(state)
-        } else if let Some(input) = model.inputs.iter().position(|i| &i.name == text) {
-            Measured::Input(input)
-        } else {
-            Measured::Expression(self.expression(&raw.of, &mut model.equations.graph, names)?)
+        let of = match names.measured(text) {
+            Some(of) => of,
+            None => {
+                let node = self.expression(&raw.of, &mut nodes.graph, names)?;
+                nodes.outputs.push(node);
+                Measured::Output(nodes.outputs.len() - 1)
+            }
         };
         let (column, unit) = (raw.column.clone(), raw.unit.clone());
         Ok(Measurement { column, unit, of, text: text.clone() })

@@ -3,51 +3,12 @@
 use super::force::Force;
 use super::mass::solve_mass;
 use super::{Model, ModelEffect};
-use crate::expression::{Bound, Program};
-use crate::{Dual, LANES, Number, Plant};
-use lacuna_effects::Law;
+use crate::Plant;
+use crate::dynamics::{Bound, BoundDynamics, Room, Sizes};
+use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
+use lacuna_numbers::{Dual, LANES, Number};
 
-/// The model's equations, compiled; parameters are free.
-#[derive(Clone, Debug)]
-pub struct Equations {
-    program: Program,
-    coordinates: usize,
-    states: usize,
-}
-
-impl Equations {
-    /// Compile the equations of a model.
-    #[must_use]
-    pub fn of(model: &Model) -> Self {
-        let nodes = &model.equations;
-        let outputs: Vec<_> = nodes.mass.iter().chain(&nodes.force).copied().collect();
-        Self {
-            program: Program::compile(&nodes.graph, model.parameters.len(), &outputs),
-            coordinates: model.coordinates.len(),
-            states: model.states.len(),
-        }
-    }
-
-    /// Set the parameters.
-    #[must_use]
-    pub fn bind<T: Number>(&self, parameters: &[T]) -> Bound<T> {
-        self.program.bind(parameters)
-    }
-
-    /// Mass matrix (row-major) followed by the generalised forces and first-order
-    /// derivatives, at `variables` = coordinates, velocities, first-order states, inputs, time.
-    pub fn evaluate<T: Number>(&self, bound: &Bound<T>, variables: &[T], mass_and_force: &mut [T]) {
-        self.program.evaluate(bound, variables, mass_and_force);
-    }
-
-    /// Length of what [`Equations::evaluate`] writes.
-    #[must_use]
-    pub fn outputs(&self) -> usize {
-        self.program.outputs()
-    }
-}
-
-/// Most variables and outputs that are evaluated without touching the heap.
+/// Most variables and rates that are evaluated without touching the heap.
 const ON_STACK: usize = 20;
 
 /// What a derivative is taken with respect to.
@@ -61,15 +22,27 @@ pub enum Direction {
     Force(usize),
 }
 
+impl Direction {
+    /// Those of the internal parameters of one effect among some directions: parameter, lane.
+    pub(super) fn of_effect(
+        directions: &[(Self, usize)],
+        effect: usize,
+    ) -> impl Iterator<Item = (usize, usize)> + '_ {
+        directions.iter().filter_map(move |&(d, lane)| match d {
+            Self::Effect(e, j) if e == effect => Some((j, lane)),
+            _ => None,
+        })
+    }
+}
+
 /// A model with its parameters and force effects set: a plant that can be simulated, in plain
 /// numbers or, with derivatives, in [`Dual`] ones.
 /// Input effects are applied to the input series beforehand
 /// ([`Model::effective_inputs`]), sensor effects to the result.
 #[derive(Clone, Debug)]
 pub struct System<T: Number = f64> {
-    equations: Equations,
     bound: Bound<T>,
-    inputs: usize,
+    sizes: Sizes,
     forces: Vec<Force<T>>,
     /// Constant forces, one a channel.
     push: Vec<T>,
@@ -80,40 +53,37 @@ impl System {
     /// The model with its own parameters and effects.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        Self::with(model, &Equations::of(model), &model.values(), &model.effects)
+        Self::with(model, &model.values(), &model.effects)
     }
 
-    /// Other parameters and effects on equations that are compiled already.
+    /// The model with other parameters and effects.
     #[must_use]
-    pub fn with(
-        model: &Model,
-        equations: &Equations,
-        parameters: &[f64],
-        effects: &[ModelEffect],
-    ) -> Self {
+    pub fn with(model: &Model, parameters: &[f64], effects: &[ModelEffect]) -> Self {
         let push = vec![0.0; model.channels()];
-        Self::built(model, equations, parameters, effects, push, |_, e| e.internal())
+        let bound = model.dynamics.bind(parameters);
+        let law = |law: &'static dyn AnyForceLaw| law.plain();
+        Self::built(model, bound, effects, (push, 0.0), law, |_, e| e.internal())
     }
 
     /// Determinant of the mass matrix at a state; 1 without coordinates.
     #[must_use]
     pub fn mass_determinant(&self, state: &[f64]) -> f64 {
-        let n = self.equations.coordinates;
+        let n = self.sizes.coordinates;
         let mut variables = state[..self.machine_states()].to_vec();
-        variables.resize(self.machine_states() + self.inputs + 1, 0.0);
-        let mut outputs = vec![0.0; self.equations.outputs()];
-        self.equations.evaluate(&self.bound, &variables, &mut outputs);
+        variables.resize(self.sizes.variables(), 0.0);
+        let mut outputs = vec![0.0; self.sizes.rates()];
+        self.bound.evaluate_once(&variables, &mut outputs);
         nalgebra::DMatrix::from_row_slice(n, n, &outputs[..n * n]).determinant()
     }
 }
 
 impl System<Dual> {
     /// The same with derivatives in up to [`LANES`] directions, each in the lane that stands
-    /// beside it; states and inputs bring their own. `sample` is the time from sample to sample.
+    /// beside it; states and inputs bring their own. `sample` is the time from sample to sample,
+    /// to which the time of an event can be told ([`lacuna_effects::At::sample`]).
     #[must_use]
     pub fn along(
         model: &Model,
-        equations: &Equations,
         parameters: &[f64],
         effects: &[ModelEffect],
         directions: &[(Direction, usize)],
@@ -129,47 +99,39 @@ impl System<Dual> {
                 Direction::Effect(..) => {}
             }
         }
-        let lanes = |index: usize| {
-            directions.iter().filter_map(move |&(d, lane)| match d {
-                Direction::Effect(e, j) if e == index => Some((j, lane)),
-                _ => None,
-            })
-        };
-        let mut system = Self::built(model, equations, &numbers, effects, push, |index, e| {
-            e.internal_along(lanes(index))
-        });
-        for force in &mut system.forces {
-            force.resolve(sample);
-        }
-        system
+        let bound = model.dynamics.bind_dual(&numbers);
+        let law = |law: &'static dyn AnyForceLaw| law.dual();
+        Self::built(model, bound, effects, (push, sample), law, |index, e| {
+            e.internal_along(Direction::of_effect(directions, index))
+        })
     }
 }
 
 impl<T: Number> System<T> {
     fn built(
         model: &Model,
-        equations: &Equations,
-        parameters: &[T],
+        bound: Bound<T>,
         effects: &[ModelEffect],
-        push: Vec<T>,
+        (push, sample): (Vec<T>, f64),
+        in_this_number: impl Fn(&'static dyn AnyForceLaw) -> &'static dyn ForceLawIn<T>,
         internal: impl Fn(usize, &ModelEffect) -> Vec<T>,
     ) -> Self {
         let mut memory = 0;
         let mut forces = Vec::new();
         for (index, e) in effects.iter().enumerate() {
             let Law::Force(law) = e.effect.law else { continue };
-            forces.push(Force::new(law, e, internal(index, e), memory));
+            let laws = (law, in_this_number(law));
+            let begin = model.machine_states() + memory;
+            forces.push(Force::new(model, e, laws, internal(index, e), begin, sample));
             memory += law.memory();
         }
-        let bound = equations.bind(parameters);
-        let inputs = model.inputs.len();
-        Self { equations: equations.clone(), bound, inputs, forces, push, memory }
+        Self { bound, sizes: model.dynamics.sizes(), forces, push, memory }
     }
 
     /// Length of the machine's state, memory apart.
     #[must_use]
     pub fn machine_states(&self) -> usize {
-        2 * self.equations.coordinates + self.equations.states
+        self.sizes.machine_states()
     }
 
     /// Length of the whole state.
@@ -184,7 +146,7 @@ impl<T: Number> System<T> {
         let mut state = machine.to_vec();
         state.resize(machine.len() + self.memory, 0.0);
         for force in &self.forces {
-            force.rest(self.equations.coordinates, &mut state, machine.len());
+            force.rest(machine, &mut state);
         }
         state
     }
@@ -195,12 +157,12 @@ impl<T: Number> System<T> {
         let zero = T::constant(0.0);
         let width = self.width();
         Workspace {
-            registers: self.equations.program.registers(&self.bound),
-            variables: vec![zero; self.machine_states() + self.inputs + 1],
-            outputs: vec![zero; self.equations.outputs()],
+            room: self.bound.room(),
+            variables: vec![zero; self.sizes.variables()],
+            outputs: vec![zero; self.sizes.rates()],
             slope: std::array::from_fn(|_| vec![zero; width]),
             stage: vec![zero; width],
-            input: vec![zero; self.inputs],
+            input: vec![zero; self.sizes.inputs],
         }
     }
 
@@ -214,15 +176,13 @@ impl<T: Number> System<T> {
         substeps: usize,
         state: &mut [T],
     ) {
-        // One copy of what follows for every width of vectors: the lanes of dual numbers fill
-        // the widest.
-        let step = Step { system: self, workspace: w, times, inputs, substeps, state };
-        pulp::Arch::new().dispatch(step);
+        self.bound.advance(Step { system: self, workspace: w, times, inputs, substeps, state });
     }
 
     #[inline(always)]
-    fn advance_here(
+    fn advance_along<B: BoundDynamics<T> + ?Sized>(
         &self,
+        bound: &B,
         w: &mut Workspace<T>,
         times: (f64, f64),
         inputs: (&[T], &[T]),
@@ -233,22 +193,23 @@ impl<T: Number> System<T> {
         for s in 0..substeps {
             let share = |c: f64| (s as f64 + c) / substeps as f64;
             let t = times.0 + s as f64 * h;
-            self.stage(w, 0, (t, share(0.0)), inputs, (state, 0.0));
-            self.stage(w, 1, (t + 0.5 * h, share(0.5)), inputs, (state, 0.5 * h));
-            self.stage(w, 2, (t + 0.5 * h, share(0.5)), inputs, (state, 0.5 * h));
-            self.stage(w, 3, (t + h, share(1.0)), inputs, (state, h));
+            self.stage(bound, w, 0, (t, share(0.0)), inputs, (state, 0.0));
+            self.stage(bound, w, 1, (t + 0.5 * h, share(0.5)), inputs, (state, 0.5 * h));
+            self.stage(bound, w, 2, (t + 0.5 * h, share(0.5)), inputs, (state, 0.5 * h));
+            self.stage(bound, w, 3, (t + h, share(1.0)), inputs, (state, h));
             let [k1, k2, k3, k4] = &w.slope;
             for (i, x) in state.iter_mut().enumerate() {
-                let sum = k1[i] + (k2[i] + k3[i]).scaled(2.0) + k4[i];
-                *x = *x + sum.scaled(h / 6.0);
+                let sum = k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
+                *x = *x + sum * (h / 6.0);
             }
         }
     }
 
-    #[inline(always)]
     /// The slope of one RK4 stage: at `state` moved by a step along the slope before it.
-    fn stage(
+    #[inline(always)]
+    fn stage<B: BoundDynamics<T> + ?Sized>(
         &self,
+        bound: &B,
         w: &mut Workspace<T>,
         k: usize,
         (t, share): (f64, f64),
@@ -256,18 +217,16 @@ impl<T: Number> System<T> {
         (state, step): (&[T], f64),
     ) {
         for (u, (a, b)) in w.input.iter_mut().zip(here.iter().zip(next)) {
-            *u = *a + (*b - *a).scaled(share);
+            *u = *a + (*b - *a) * share;
         }
         w.stage.copy_from_slice(state);
         if k > 0 {
             for (x, slope) in w.stage.iter_mut().zip(&w.slope[k - 1]) {
-                *x = *x + slope.scaled(step);
+                *x = *x + *slope * step;
             }
         }
-        let Workspace { registers, variables, outputs, slope, stage, input } = w;
-        let evaluate = |v: &[T], o: &mut [T]| {
-            self.equations.program.evaluate_in(registers, v, o);
-        };
+        let Workspace { room, variables, outputs, slope, stage, input } = w;
+        let evaluate = |v: &[T], o: &mut [T]| bound.evaluate(room, v, o);
         self.rates(t, stage, input, &mut slope[k], variables, outputs, evaluate);
     }
 
@@ -288,13 +247,13 @@ impl<T: Number> System<T> {
         variables[machine..machine + u.len()].copy_from_slice(u);
         variables[machine + u.len()] = T::constant(t);
         evaluate(variables, outputs);
-        let n = self.equations.coordinates;
+        let n = self.sizes.coordinates;
         let (mass, force) = outputs.split_at_mut(n * n);
         for (f, p) in force.iter_mut().zip(&self.push) {
             *f = *f + *p;
         }
         for f in &self.forces {
-            f.add((n, machine), t, state, force, derivative);
+            f.add((t, state, u), (n, mass), force, derivative);
         }
         solve_mass(mass, &mut force[..n]);
         derivative[..n].copy_from_slice(&state[n..2 * n]);
@@ -302,8 +261,8 @@ impl<T: Number> System<T> {
     }
 }
 
-/// A call of [`System::advance`], to be dispatched.
-struct Step<'a, T: Number> {
+/// A call of [`System::advance`], on its way through the dynamics.
+pub struct Step<'a, T: Number> {
     system: &'a System<T>,
     workspace: &'a mut Workspace<T>,
     times: (f64, f64),
@@ -312,20 +271,35 @@ struct Step<'a, T: Number> {
     state: &'a mut [T],
 }
 
-impl<T: Number> pulp::WithSimd for Step<'_, T> {
+impl<T: Number> Step<'_, T> {
+    /// Take it along dynamics of a known type.
+    pub(crate) fn along<B: BoundDynamics<T> + ?Sized>(self, bound: &B) {
+        // One copy of what follows for every width of vectors: the lanes of dual numbers fill
+        // the widest.
+        pulp::Arch::new().dispatch(Along { step: self, bound });
+    }
+}
+
+/// A step with the dynamics that it is taken along, to be dispatched.
+struct Along<'a, T: Number, B: ?Sized> {
+    step: Step<'a, T>,
+    bound: &'a B,
+}
+
+impl<T: Number, B: BoundDynamics<T> + ?Sized> pulp::WithSimd for Along<'_, T, B> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { system, workspace, times, inputs, substeps, state } = self;
-        system.advance_here(workspace, times, inputs, substeps, state);
+        let Step { system, workspace, times, inputs, substeps, state } = self.step;
+        system.advance_along(self.bound, workspace, times, inputs, substeps, state);
     }
 }
 
 /// Room for [`System::advance`].
 #[derive(Clone, Debug)]
 pub struct Workspace<T> {
-    registers: Vec<T>,
+    room: Room<T>,
     variables: Vec<T>,
     outputs: Vec<T>,
     slope: [Vec<T>; 4],
@@ -335,16 +309,16 @@ pub struct Workspace<T> {
 
 impl Plant for System {
     fn order(&self) -> usize {
-        if self.equations.states == 0 { 2 } else { 1 }
+        if self.sizes.states == 0 { 2 } else { 1 }
     }
 
     fn dimension(&self) -> usize {
-        let Equations { coordinates, states, .. } = self.equations;
-        if states == 0 { coordinates } else { 2 * coordinates + states }
+        let sizes = self.sizes;
+        if sizes.states == 0 { sizes.coordinates } else { sizes.machine_states() }
     }
 
     fn inputs(&self) -> usize {
-        self.inputs
+        self.sizes.inputs
     }
 
     fn states(&self) -> usize {
@@ -352,9 +326,8 @@ impl Plant for System {
     }
 
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], derivative: &mut [f64]) {
-        let variables = self.machine_states() + self.inputs + 1;
-        let outputs = self.equations.outputs();
-        let evaluate = |v: &[f64], o: &mut [f64]| self.equations.evaluate(&self.bound, v, o);
+        let (variables, outputs) = (self.sizes.variables(), self.sizes.rates());
+        let evaluate = |v: &[f64], o: &mut [f64]| self.bound.evaluate_once(v, o);
         if variables <= ON_STACK && outputs <= ON_STACK {
             let (mut v, mut o) = ([0.0; ON_STACK], [0.0; ON_STACK]);
             let (v, o) = (&mut v[..variables], &mut o[..outputs]);

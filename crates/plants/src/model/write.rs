@@ -1,10 +1,10 @@
-//! A model file with calibrated parameters and effects added, everything else as it was.
+//! A model as text, with calibrated parameters and effects added, everything else as it was.
 
 use super::{Model, ModelEffect, ModelError};
 use lacuna_effects::{Effect, Kind, Parameter, Variable};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
-/// What to change in a model file.
+/// What to change in a model.
 #[derive(Clone, Debug, Default)]
 pub struct Augmentation {
     /// Calibrated parameters: name, value, standard deviation.
@@ -13,7 +13,7 @@ pub struct Augmentation {
     pub effects: Vec<NewEffect>,
 }
 
-/// An effect to write into a model file.
+/// An effect to write into a model's text.
 #[derive(Clone, Debug)]
 pub struct NewEffect {
     /// The catalogue's entry.
@@ -28,7 +28,7 @@ pub struct NewEffect {
 }
 
 impl NewEffect {
-    /// An effect of a model, to be written into its file.
+    /// An effect of a model, to be written into its text.
     #[must_use]
     pub fn of(model: &Model, e: &ModelEffect) -> Self {
         let over = e.over().unwrap_or(Variable::Coordinate);
@@ -50,43 +50,84 @@ impl NewEffect {
     }
 }
 
-/// The text of a model file with an augmentation; comments and layout stay as they are.
-///
-/// # Errors
-/// [`ModelError`] when `text` is no model.
-pub fn augmented_text(
-    text: &str,
-    file: &str,
-    augmentation: &Augmentation,
-) -> Result<String, ModelError> {
-    let model = Model::from_text(text, file)?;
-    let mut document: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| ModelError {
-        file: file.to_owned(),
-        place: None,
-        message: e.message().to_owned(),
-    })?;
-    for (name, new, std) in &augmentation.parameters {
-        if let Some(entry) = document["parameters"].get_mut(name) {
-            entry["value"] = value(*new);
-            entry["std"] = value(*std);
+impl Model {
+    /// The model with an augmentation, as text.
+    ///
+    /// Of a model that was read from a file this is the file's text as it was read, comments and
+    /// layout included, with the calibrated values and the new effects in their places. The
+    /// equations of any other model are no text: then this is its parameters and its effects, old
+    /// and new, with a comment that says so, for [`Model::with_text`].
+    ///
+    /// # Errors
+    /// [`ModelError`] where the text that was read has effects in another form than `[[effect]]`.
+    pub fn augmented_text(&self, augmentation: &Augmentation) -> Result<String, ModelError> {
+        let Some(source) = &self.source else {
+            let mut document = self.without_equations();
+            self.augment(&mut document, &self.name, augmentation)?;
+            return Ok(format!(
+                "# The equations of '{}' are code: here are its parameters and effects.\n{document}",
+                self.name
+            ));
+        };
+        let failed = |e: toml_edit::TomlError| ModelError {
+            file: source.file.clone(),
+            place: None,
+            message: e.message().to_owned(),
+        };
+        let mut document: DocumentMut = source.text.parse().map_err(failed)?;
+        self.augment(&mut document, &source.file, augmentation)?;
+        let out = document.to_string();
+        debug_assert!(Model::from_text(&out, &source.file).is_ok(), "{out}");
+        Ok(out)
+    }
+
+    /// Name, parameters and effects.
+    fn without_equations(&self) -> DocumentMut {
+        let mut document = DocumentMut::new();
+        document["name"] = value(&self.name);
+        let mut parameters = Table::new();
+        for p in &self.parameters {
+            let mut entry = InlineTable::new();
+            entry.insert("value", Value::from(p.value));
+            entry.insert("unit", Value::from(p.unit.as_str()));
+            entry.insert("tolerance", Value::from(p.tolerance));
+            parameters[&p.name] = value(entry);
         }
+        document["parameters"] = Item::Table(parameters);
+        let mut effects = ArrayOfTables::new();
+        for e in &self.effects {
+            effects.push(table(&NewEffect::of(self, e), self));
+        }
+        document["effect"] = Item::ArrayOfTables(effects);
+        document
     }
-    let effects = document.entry("effect").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
-    let Some(list) = effects.as_array_of_tables_mut() else {
-        let message = "effects must be written as [[effect]] tables, so that more can be added";
-        return Err(ModelError { file: file.to_owned(), place: None, message: message.to_owned() });
-    };
-    for effect in &augmentation.effects {
-        list.push(table(effect, &model));
+
+    fn augment(
+        &self,
+        document: &mut DocumentMut,
+        file: &str,
+        augmentation: &Augmentation,
+    ) -> Result<(), ModelError> {
+        for (name, new, std) in &augmentation.parameters {
+            if let Some(entry) = document["parameters"].get_mut(name) {
+                entry["value"] = value(*new);
+                entry["std"] = value(*std);
+            }
+        }
+        let effects = document.entry("effect").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+        let Some(list) = effects.as_array_of_tables_mut() else {
+            let message = "effects must be written as [[effect]] tables, so that more can be added"
+                .to_owned();
+            return Err(ModelError { file: file.to_owned(), place: None, message });
+        };
+        for effect in &augmentation.effects {
+            list.push(table(effect, self));
+        }
+        if list.is_empty() {
+            document.remove("effect");
+        }
+        Ok(())
     }
-    if augmentation.effects.is_empty()
-        && document["effect"].as_array_of_tables().is_some_and(ArrayOfTables::is_empty)
-    {
-        document.remove("effect");
-    }
-    let out = document.to_string();
-    debug_assert!(Model::from_text(&out, file).is_ok(), "{out}");
-    Ok(out)
 }
 
 fn table(new: &NewEffect, model: &Model) -> Table {
@@ -113,7 +154,7 @@ fn entry(p: &Parameter, own: &[(f64, Option<f64>, String)], over: Option<&str>) 
     let mut entry = InlineTable::new();
     match p.kind {
         Kind::Variable => return over.map(value),
-        Kind::Number => {
+        Kind::Number | Kind::Side => {
             entry.insert("value", Value::from(*number));
             if let Some(std) = std {
                 entry.insert("std", Value::from(*std));

@@ -6,10 +6,10 @@ pub use comparison::{Closer, ComparedChannel, ComparedSeries, Comparison};
 
 use super::table::table;
 use super::{POLICY, SCRIPT, STYLE, figure};
-use crate::figures::{Colour, Figure, Line, Style};
 use crate::number::{plain, ratio};
 use crate::pictures::{Drawing, Picture};
 use crate::thin::{POINTS, thin};
+use lacuna_charts::{Axis, Colour, Figure, Line, Style};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// Series that are drawn at most.
@@ -86,11 +86,8 @@ fn errors(comparison: &Comparison) -> Markup {
 }
 
 fn plot(comparison: &Comparison, s: &ComparedSeries, points: usize) -> Markup {
-    let line = |label: &str, colour, style, values: &[f64]| Line {
-        label: label.into(),
-        colour,
-        style,
-        points: thin(&s.time, values, points),
+    let line = |label: &str, colour, style, values: &[f64]| {
+        Line::new(label, colour, style, thin(&s.time, values, points))
     };
     let [a, b] = s.rmse.map(|e| plain(e, &s.unit));
     let drawing = Figure {
@@ -98,20 +95,13 @@ fn plot(comparison: &Comparison, s: &ComparedSeries, points: usize) -> Markup {
             "{} of {} over time: measured, A (rms error {a}) and B (rms error {b}).",
             s.channel, s.recording
         ),
-        x: "time (s)".into(),
-        y: if s.unit.is_empty() {
-            s.channel.clone()
-        } else {
-            format!("{} ({})", s.channel, s.unit)
-        },
-        bands: vec![],
         lines: vec![
             line(&entry("A", &comparison.a), Colour::Vermilion, Style::Dashed, &s.a),
             line("measured", Colour::Ink, Style::Broad, &s.measured),
             line(&entry("B", &comparison.b), Colour::Blue, Style::Solid, &s.b),
         ],
-        rug: None,
         within: view(&s.measured),
+        ..Figure::new(Axis::linear("time", "s"), Axis::linear(&s.channel, &s.unit))
     };
     figure(&Picture {
         kind: "comparison",

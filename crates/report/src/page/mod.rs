@@ -11,8 +11,8 @@ mod r#where;
 pub use compare::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page};
 
 use crate::Proof;
-use crate::figures::Surface;
 use crate::pictures::Picture;
+use lacuna_charts::Surface;
 use lacuna_discrepancy::Diagnosis;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

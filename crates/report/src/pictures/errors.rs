@@ -1,9 +1,9 @@
 //! Held-out errors before and after against the noise.
 
 use super::{Drawing, Picture};
-use crate::figures::{Ratio, Ratios};
 use crate::number::{diverged, plain, ratio};
 use crate::words;
+use lacuna_charts::{Ratio, Ratios};
 use lacuna_discrepancy::Diagnosis;
 use lacuna_discrepancy::diagnosis::ChannelFit;
 
@@ -34,5 +34,11 @@ pub(crate) fn errors(d: &Diagnosis) -> Option<Picture> {
 
 fn row((name, fit): (&str, &ChannelFit)) -> Ratio {
     let over = |v: f64| if diverged(v) { f64::INFINITY } else { v / fit.noise };
-    Ratio { label: name.to_owned(), before: over(fit.rmse_before), after: over(fit.rmse_after) }
+    let (before, after) = (over(fit.rmse_before), over(fit.rmse_after));
+    let says = format!("{} → {}", times(before), times(after));
+    Ratio { label: name.to_owned(), before, after, says }
+}
+
+fn times(v: f64) -> String {
+    if v.is_finite() { format!("{}×", ratio(v)) } else { "diverges".to_owned() }
 }

@@ -1,8 +1,8 @@
 //! The missing force of each channel, as it was learned, and the named laws.
 
 use super::{Drawing, Picture};
-use crate::figures::{Band, Colour, Figure, Line, Style};
 use crate::words;
+use lacuna_charts::{Axis, Band, Colour, Figure, Line, Style};
 use lacuna_discrepancy::Diagnosis;
 use lacuna_discrepancy::diagnosis::{ChannelMismatch, Curve, Finding};
 
@@ -50,11 +50,8 @@ fn picture(channel: &str, c: &Curve, caption: &str, law: Option<&str>) -> Pictur
     let edges = c.at.iter().zip(&c.learned).zip(&c.std);
     let edges = edges.map(|((&x, &y), &s)| (x, y - 2.0 * s, y + 2.0 * s)).collect();
     let edges = with_gaps(edges, |e: &(f64, f64, f64)| e.0, (f64::NAN, f64::NAN, f64::NAN));
-    let line = |label: &str, colour, style, values: &[f64]| Line {
-        label: label.into(),
-        colour,
-        style,
-        points: points(values),
+    let line = |label: &str, colour, style, values: &[f64]| {
+        Line::new(label, colour, style, points(values))
     };
     // Beneath a law that is right a thin line would not be seen.
     let style = if c.law.is_empty() { Style::Solid } else { Style::Broad };
@@ -64,12 +61,13 @@ fn picture(channel: &str, c: &Curve, caption: &str, law: Option<&str>) -> Pictur
     }
     let figure = Figure {
         description: description(channel, c, law),
-        x: axis(&c.variable, &c.variable_unit),
-        y: axis("missing force", &c.force_unit),
         bands: vec![Band { label: "± 2 std".into(), colour: Colour::Ink, edges }],
         lines,
-        rug: None,
         within: view(c),
+        ..Figure::new(
+            Axis::linear(&c.variable, &c.variable_unit),
+            Axis::linear("missing force", &c.force_unit),
+        )
     };
     Picture {
         kind: "missing-force",
@@ -115,10 +113,6 @@ fn description(channel: &str, c: &Curve, law: Option<&str>) -> String {
         "{start}, with the law of {law} over it; the law is within two standard deviations at \
          {within} of {inside} points."
     )
-}
-
-fn axis(name: &str, unit: &str) -> String {
-    if unit.is_empty() || unit == "1" { name.to_owned() } else { format!("{name} ({unit})") }
 }
 
 #[cfg(test)]

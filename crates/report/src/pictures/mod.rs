@@ -5,7 +5,7 @@ mod missing_force;
 mod proof;
 
 use crate::Proof;
-use crate::figures::{Figure, FigureError, Ratios, Surface, ratios_svg, svg};
+use lacuna_charts::{ChartError, Figure, Ratios, Surface, ratios_svg, svg};
 use lacuna_discrepancy::Diagnosis;
 
 pub(crate) use errors::errors;
@@ -28,7 +28,7 @@ pub(crate) enum Drawing {
 }
 
 impl Picture {
-    pub(crate) fn svg(&self, surface: Surface) -> Result<String, FigureError> {
+    pub(crate) fn svg(&self, surface: Surface) -> Result<String, ChartError> {
         match &self.drawing {
             Drawing::Figure(figure) => svg(figure, surface),
             Drawing::Ratios(ratios) => ratios_svg(ratios, surface),
@@ -37,7 +37,7 @@ impl Picture {
 
     /// Whether its horizontal axis is time, so that a part may be worth a closer look.
     pub(crate) fn over_time(&self) -> bool {
-        matches!(&self.drawing, Drawing::Figure(f) if f.x.ends_with("(s)"))
+        matches!(&self.drawing, Drawing::Figure(f) if f.x.is_time())
     }
 }
 

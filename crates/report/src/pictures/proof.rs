@@ -3,9 +3,9 @@
 use super::{Drawing, Picture};
 use crate::Proof;
 use crate::autocorrelation::Autocorrelation;
-use crate::figures::{Band, Colour, Figure, Line, Style};
 use crate::number::{percent, plain};
 use crate::thin::{POINTS, thin};
+use lacuna_charts::{Axis, Band, Colour, Figure, Line, Style};
 use lacuna_discrepancy::Diagnosis;
 
 /// Series that are drawn at most.
@@ -51,13 +51,9 @@ fn picture(p: &Proof, kind: &'static str, caption: String, figure: Figure) -> Pi
     Picture { kind, of, caption, drawing: Drawing::Figure(figure) }
 }
 
-fn line(label: &str, colour: Colour, style: Style, points: Vec<(f64, f64)>) -> Line {
-    Line { label: label.into(), colour, style, points }
-}
-
 fn run(p: &Proof, points: usize) -> Picture {
     let line = |label, colour, style, values: &[f64]| {
-        line(label, colour, style, thin(&p.time, values, points))
+        Line::new(label, colour, style, thin(&p.time, values, points))
     };
     let rms = |model: &[f64]| plain(rms(&residual(p, model)), &p.unit);
     let figure = Figure {
@@ -69,16 +65,13 @@ fn run(p: &Proof, points: usize) -> Picture {
             rms(&p.before),
             rms(&p.after)
         ),
-        x: "time (s)".into(),
-        y: format!("{} ({})", p.channel, p.unit),
-        bands: vec![],
         lines: vec![
             line("model before", Colour::Vermilion, Style::Dashed, &p.before),
             line("measured", Colour::Ink, Style::Broad, &p.measured),
             line("model after", Colour::Blue, Style::Solid, &p.after),
         ],
-        rug: None,
         within: view(p),
+        ..Figure::new(Axis::linear("time", "s"), Axis::linear(&p.channel, &p.unit))
     };
     picture(p, "proof", "Measured, and the model running free".to_owned(), figure)
 }
@@ -95,7 +88,7 @@ fn view(p: &Proof) -> Option<(f64, f64)> {
 /// What the models leave, with the band of the noise.
 fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize) -> Picture {
     let line = |label, colour, style, values: &[f64]| {
-        line(label, colour, style, thin(&p.time, values, points))
+        Line::new(label, colour, style, thin(&p.time, values, points))
     };
     let within = near(before, after, noise);
     let cut = within.is_some_and(|(_, high)| before.iter().any(|v| v.abs() > high));
@@ -112,8 +105,6 @@ fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize)
             plain(rms(after), &p.unit),
             plain(2.0 * noise, &p.unit)
         ),
-        x: "time (s)".into(),
-        y: format!("{} - model ({})", p.channel, p.unit),
         bands: if noise > 0.0 { vec![band] } else { vec![] },
         lines: vec![
             line(
@@ -124,8 +115,11 @@ fn left(p: &Proof, (before, after): (&[f64], &[f64]), noise: f64, points: usize)
             ),
             line("after", Colour::Blue, Style::Thin, after),
         ],
-        rug: None,
         within,
+        ..Figure::new(
+            Axis::linear("time", "s"),
+            Axis::linear(&format!("{} - model", p.channel), &p.unit),
+        )
     };
     picture(p, "residual", "Residuals: measured minus model".to_owned(), figure)
 }
@@ -152,8 +146,8 @@ fn autocorrelation(p: &Proof, before: &[f64], after: &[f64]) -> Option<Picture> 
         a.as_ref().map_or("not known".to_owned(), |a| percent(a.inside()))
     };
     let lines = [
-        before.as_ref().map(|a| line("before", Colour::Vermilion, Style::Dashed, points(a))),
-        after.as_ref().map(|a| line("after", Colour::Blue, Style::Solid, points(a))),
+        before.as_ref().map(|a| Line::new("before", Colour::Vermilion, Style::Dashed, points(a))),
+        after.as_ref().map(|a| Line::new("after", Colour::Blue, Style::Solid, points(a))),
     ];
     let figure = Figure {
         description: format!(
@@ -165,16 +159,13 @@ fn autocorrelation(p: &Proof, before: &[f64], after: &[f64]) -> Option<Picture> 
             share(&before),
             share(&after)
         ),
-        x: "lag (s)".into(),
-        y: "autocorrelation".into(),
         bands: vec![Band {
             label: "95 % white noise".into(),
             colour: Colour::Ink,
             edges: vec![(0.0, -white, white), (last, -white, white)],
         }],
         lines: lines.into_iter().flatten().collect(),
-        rug: None,
-        within: None,
+        ..Figure::new(Axis::linear("lag", "s"), Axis::linear("autocorrelation", ""))
     };
     let caption = "Autocorrelation of the residuals".to_owned();
     Some(picture(p, "autocorrelation", caption, figure))

@@ -98,6 +98,7 @@ pub fn missing() -> Diagnosis {
             ("viscous", calibration(203.5, 214.2, 1.9, "N s/m")),
         ]),
         location: Location { channels: map([("q", channel)]) },
+        proof: ProofOutcome::Better,
         fit: Fit {
             held_out: map([("q", errors("m", 2.1e-5, [0.004_31, 2.34e-5], [0.0873, 0.000_412]))]),
             training: map([("q", errors("m", 2.1e-5, [0.004_4, 2.3e-5], [0.09, 0.000_4]))]),
@@ -153,7 +154,7 @@ pub fn two_findings() -> Diagnosis {
     ]);
     d.fit.held_out = map([
         ("q1", errors("rad", 0.002, [0.0131, 0.002_2], [0.41, 0.0067])),
-        ("q2", errors("rad", 0.002, [0.0873, 0.002_1], [f64::MAX, 0.0099])),
+        ("q2", errors("rad", 0.002, [0.0873, 0.002_1], [f64::INFINITY, 0.0099])),
         ("dq1", errors("rad/s", 0.01, [0.0312, 0.0330], [0.82, 0.013])),
         ("dq2", errors("rad/s", 0.01, [0.41, 0.0107], [2.4, 0.021])),
     ]);
@@ -201,7 +202,7 @@ pub fn unexplained() -> Diagnosis {
     d.ladder[1].share = 0.969;
     d.data.held_out = vec!["run <b>7</b>.csv".into(), "x".repeat(300)];
     d.fit.held_out.insert(HOSTILE.into(), errors("rad", 0.002, [0.3, 0.31], [0.4, 0.4]));
-    d.fit.held_out.insert("q<2>".into(), errors("rad", 0.0, [0.3, 0.31], [0.4, f64::MAX]));
+    d.fit.held_out.insert("q<2>".into(), errors("rad", 0.0, [0.3, 0.31], [0.4, f64::INFINITY]));
     d
 }
 

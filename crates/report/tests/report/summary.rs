@@ -28,6 +28,20 @@ fn a_finding_is_told_with_its_numbers() {
 }
 
 #[test]
+fn an_effect_that_acts_in_a_part_of_the_range_is_told_with_it() {
+    let mut d = missing();
+    let curve = d.findings[0].curve.clone().unwrap();
+    let (first, last) = (curve.at[0], curve.at[curve.at.len() - 1]);
+    let told = |d| summary(&d, false).split_whitespace().collect::<Vec<_>>().join(" ");
+    let part = [first + 0.5 * (last - first), last - 0.25 * (last - first)];
+    d.findings[0].region = [(curve.variable.clone(), part)].into();
+    let words = format!("acts where {} is between", curve.variable);
+    assert!(told(d.clone()).contains(&words), "{}", told(d));
+    d.findings[0].region = [(curve.variable.clone(), [first, last])].into();
+    assert!(!told(d.clone()).contains(&words), "{}", told(d));
+}
+
+#[test]
 fn every_verdict_has_a_true_sentence() {
     let starts = |d| summary(&d, false).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(

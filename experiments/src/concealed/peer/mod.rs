@@ -22,7 +22,7 @@ mod regression;
 mod residual;
 
 use lacuna_plants::Model;
-use lacuna_recordings::{Recording, RecordingSource, read_csv};
+use lacuna_recordings::{Recording, RecordingSource};
 
 use super::ConcealedError;
 use super::diagnosis::{Diagnosis, Finding};
@@ -39,7 +39,7 @@ const EXPLAINED: f64 = 0.1;
 pub fn diagnose(folders: &Folders, recordings: usize) -> Option<Diagnosis> {
     let model = Model::read(&folders.open.join("model.toml")).ok()?;
     let read = |name: String| {
-        read_csv(&RecordingSource::file(folders.open.join(name)), &model.time_column)
+        lacuna_recordings::read(&RecordingSource::file(folders.open.join(name)), &model.time_column)
     };
     let recordings: Result<Vec<Recording>, _> =
         Folders::recordings(recordings).into_iter().map(read).collect();

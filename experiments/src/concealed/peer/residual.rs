@@ -1,7 +1,6 @@
 //! Residual forces of smoothed and differentiated recordings.
 
 use lacuna_plants::Model;
-use lacuna_plants::model::Equations;
 use lacuna_recordings::{Prior, Recording, Smoothed, Smoother, Trajectory, estimate_noise_pooled};
 use nalgebra::{DMatrix, DVector};
 
@@ -133,7 +132,7 @@ fn smooth(
 
 /// The model's equations with nominal and with moved parameters.
 struct Physics {
-    equations: Equations,
+    model: Model,
     nominal: Vec<f64>,
     moved: Vec<Vec<f64>>,
     coordinates: usize,
@@ -150,7 +149,7 @@ impl Physics {
             moved
         });
         Self {
-            equations: Equations::of(model),
+            model: model.clone(),
             moved: moved.collect(),
             nominal,
             coordinates: model.coordinates.len(),
@@ -161,8 +160,9 @@ impl Physics {
     /// Mass matrix and forces.
     fn evaluate(&self, parameters: &[f64], t: f64, state: &[f64], u: &[f64]) -> Vec<f64> {
         let variables = [state, u, &[t]].concat();
-        let mut out = vec![0.0; self.equations.outputs()];
-        self.equations.evaluate(&self.equations.bind(parameters), &variables, &mut out);
+        let dynamics = self.model.dynamics();
+        let mut out = vec![0.0; dynamics.sizes().rates()];
+        dynamics.bind(parameters).evaluate_once(&variables, &mut out);
         out
     }
 

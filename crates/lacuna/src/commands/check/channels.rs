@@ -230,7 +230,7 @@ pub fn not_used(recordings: &[Recording], channels: &[Channel], inputs: &[Input]
 fn column_of(model: &Model, of: Measured, name: &str) -> (String, String) {
     // Several columns may hold expressions; each output of that kind carries its column's name.
     let fits = |m: &&lacuna::plants::model::Measurement| match of {
-        Measured::Expression(_) => m.column == name,
+        Measured::Output(_) => m.column == name,
         _ => m.of == of,
     };
     match model.measurements.iter().find(fits) {

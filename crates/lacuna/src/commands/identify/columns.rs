@@ -1,7 +1,7 @@
 //! Which columns are time, inputs and channels, where the user does not say.
 
 use super::Arguments;
-use lacuna::recordings::{RecordingError, RecordingSource, read_csv};
+use lacuna::recordings::{RecordingError, RecordingSource};
 use serde::Serialize;
 use std::error::Error;
 
@@ -34,7 +34,7 @@ impl Columns {
             Some(time) => time.clone(),
             None => time_column(&a.recordings[0], &mut notes)?,
         };
-        let first = read_csv(&a.recordings[0], &time)?;
+        let first = lacuna::recordings::read(&a.recordings[0], &time)?;
         for name in a.inputs.iter().chain(&a.channels) {
             first.column(name)?;
         }
@@ -100,7 +100,7 @@ fn time_column(
     source: &RecordingSource,
     notes: &mut Vec<String>,
 ) -> Result<String, RecordingError> {
-    let available = match read_csv(source, TIME[0]) {
+    let available = match lacuna::recordings::read(source, TIME[0]) {
         Err(RecordingError::NoTimeColumn { available, .. }) => available,
         Err(other) => return Err(other),
         Ok(_) => return Ok(TIME[0].to_owned()),

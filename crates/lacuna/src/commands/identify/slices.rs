@@ -4,9 +4,9 @@ use super::choice::function;
 use super::columns::Columns;
 use super::motion::Stretch;
 use crate::commands::check::table::number;
+use lacuna::charts::{Axis, Band, Colour, Figure, Grid, Line, Rug, Style};
 use lacuna::occupation::IdentifiedModel;
 use lacuna::occupation::identification::Report as Chosen;
-use lacuna::report::figures::{Band, Colour, Figure, Grid, Line, Rug, Style};
 use std::error::Error;
 
 /// Points of a curve.
@@ -126,10 +126,10 @@ fn diagram(
     d: usize,
 ) -> Figure {
     let points = || slice.at.iter().zip(&slice.values).map(|(x, row)| (*x, row[entry]));
+    let x =
+        if d == 1 { argument.to_owned() } else { format!("{argument}, others at their median") };
     Figure {
         description: format!("{name} against {argument}"),
-        x: if d == 1 { argument.to_owned() } else { format!("{argument}, others at their median") },
-        y: name.to_owned(),
         bands: vec![Band {
             label: "± 2 standard deviations".into(),
             colour: Colour::Blue,
@@ -142,7 +142,7 @@ fn diagram(
             points: points().map(|(x, (y, _))| (x, y)).collect(),
         }],
         rug: Some(Rug { label: "data (quantiles)".into(), at: seen.marks() }),
-        within: None,
+        ..Figure::new(Axis::linear(&x, ""), Axis::linear(name, ""))
     }
 }
 

@@ -67,8 +67,10 @@ impl RawValue {
             ),
         };
         match (p.kind, self) {
-            (Kind::Number, Self::Number(v)) => Ok((one(*v, None), None)),
-            (Kind::Number, Self::Table(t)) => Ok((one(t.value, t.std), t.unit.as_deref())),
+            (Kind::Number | Kind::Side, Self::Number(v)) => Ok((one(*v, None), None)),
+            (Kind::Number | Kind::Side, Self::Table(t)) => {
+                Ok((one(t.value, t.std), t.unit.as_deref()))
+            }
             (Kind::Numbers(n), Self::Numbers(values)) => {
                 check_count(p.name, "values", n, values.len())?;
                 Ok((several(values, None), None))

@@ -1,0 +1,71 @@
+//! The evidence: how probable a hypothesis makes what was recorded.
+//!
+//! By Laplace's method about the optimum, up to what all hypotheses in the same windows share,
+//!
+//! ```text
+//! log Z = - chi^2 / (2 T) - |(theta - theta_0) / S|^2 / 2 - sum_i log m_i - log det(1 + (H - 1) / T) / 2
+//! ```
+//!
+//! with H the precision of theta in units of its prior S, and m the mass that the normal prior
+//! of an entry has within its bounds (1/2 for a magnitude, which cannot be negative). T is the
+//! temperature: residuals whose mean square is s times that of the noise, and of which c samples
+//! in a row say the same, are worth one sample of the noise in T = s c. It belongs to what is
+//! compared, not to one of the hypotheses: all are judged by what the one that fits best leaves.
+
+use super::Fit;
+use crate::colour::{RELIABLE, ROUGH, colour};
+
+impl Fit<'_> {
+    /// Mean square of the residual in units of the noise.
+    #[must_use]
+    pub fn reduced(&self) -> f64 {
+        self.chi2 / self.count.max(1) as f64
+    }
+
+    /// By how much the variance of the noise must be larger for the residual to be noise.
+    #[must_use]
+    pub fn inflation(&self) -> f64 {
+        self.reduced().max(1.0)
+    }
+
+    /// How many samples of the residual are worth one of the noise.
+    #[must_use]
+    pub fn temperature(&self) -> f64 {
+        self.inflation() * self.colour(RELIABLE)
+    }
+
+    /// The same to an order of magnitude, from few windows.
+    #[must_use]
+    pub fn rough_temperature(&self) -> f64 {
+        self.inflation() * self.colour(ROUGH)
+    }
+
+    /// How much more slowly than white noise the residual varies (1 is white).
+    fn colour(&self, fewest: usize) -> f64 {
+        colour(self.residuals.iter().map(Vec::as_slice), fewest)
+    }
+
+    /// Log evidence (nats) at a temperature, up to what all fits in the same windows share.
+    #[must_use]
+    pub fn log_evidence(&self, temperature: f64) -> f64 {
+        let occam = self.precision.log_determinant(temperature);
+        -0.5 * (self.chi2 / temperature + self.penalty + occam) - self.hypothesis.log_prior_mass()
+    }
+
+    /// Nats by which this fit is ahead of another in the same windows, both judged by what this
+    /// one leaves.
+    #[must_use]
+    pub fn gain_over(&self, other: &Self) -> f64 {
+        let temperature = self.temperature();
+        self.log_evidence(temperature) - other.log_evidence(temperature)
+    }
+}
+
+/// The temperature at which fits in the same windows are compared: that of the one that fits
+/// best; 1 where there is none.
+#[must_use]
+pub fn common_temperature<'a, 'p: 'a>(fits: impl Iterator<Item = &'a Fit<'p>>) -> f64 {
+    let misfit = |f: &Fit| f.chi2 + f.penalty;
+    let best = fits.min_by(|a, b| misfit(a).total_cmp(&misfit(b)));
+    best.map_or(1.0, Fit::temperature)
+}

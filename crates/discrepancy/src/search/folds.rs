@@ -1,0 +1,111 @@
+//! What recordings that are left out say of an effect.
+//!
+//! The training recordings are cut into folds: one recording each, or contiguous parts of a single
+//! one. Each fold is left out in turn, theta fitted to the others, and the fold predicted, the
+//! states at its windows' beginnings fitted with and without the effect. Let the effect change
+//! those predictions by D (in units of the noise). If it is there, the squares fall by about
+//! `|D|^2`; if it only fits what is peculiar to the recordings it was fitted to, they rise by about
+//! as much. Where D is small, the folds do not touch what it describes and say nothing.
+
+use super::{Path, Rival, Search, candidate_of, chain};
+use crate::likelihood::{Effort, FULL, Fit};
+
+/// Most folds.
+const FOLDS: usize = 4;
+/// A fold's fit begins at the optimum of all.
+const FEW: Effort = Effort { steps: 4, least: 0.3 };
+
+/// What was said of a change of the hypothesis by folds that did not know of it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Said {
+    /// `|D|^2`.
+    size: f64,
+    /// By how much the squares fall.
+    drop: f64,
+}
+
+impl Search<'_> {
+    /// Whether folds that are left out speak against `with`, compared with `without` in the same
+    /// windows.
+    pub(super) fn refuted(&self, without: &Fit, with: &Fit) -> bool {
+        // One window has no part that could be left out.
+        let level = 2.max(with.windowed.level);
+        let single = with.windowed.windows.len() == 1 && level > with.windowed.level;
+        let (without, with) = if single {
+            let at = (without.states_at(level), with.states_at(level));
+            let (Ok(a), Ok(b)) = at else { return false };
+            (a, b)
+        } else {
+            (without.clone(), with.clone())
+        };
+        let temperature = with.temperature();
+        let mut total = Said::default();
+        for fold in folds(&with) {
+            let Ok(plain) = without.without_windows(fold.clone(), FEW) else { continue };
+            // Whoever diverges where the plainer model does not has been refuted.
+            let Ok(rich) = with.without_windows(fold.clone(), FEW) else { return true };
+            let pairs = plain.residuals.iter().zip(rich.residuals.iter());
+            for ((a, b), _) in pairs.zip(&fold).filter(|(_, left_out)| **left_out) {
+                let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+                total.drop += squares(a) - squares(b);
+                total.size += a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            }
+        }
+        let (size, drop) = (total.size / temperature, total.drop / temperature);
+        let decision = &self.decision;
+        let loud = size > 2.0 * decision.prior_odds;
+        drop < -2.0 * decision.tie || (loud && drop < decision.share * size)
+    }
+
+    /// Take away the effects that folds speak against, and what an effect says beyond a simpler law
+    /// if they speak against that; all of them, if they speak against them together.
+    pub(super) fn select<'p>(&self, calibrated: &Fit<'p>, path: Path<'p>) -> Path<'p> {
+        let mut path = self.simplified(path);
+        for k in (0..path.named.len()).rev() {
+            let h = path.fit.hypothesis.clone().without(k);
+            let Ok(without) = path.fit.refit(h, FULL) else { continue };
+            if self.refuted(&without, &path.fit) {
+                path.named.remove(k);
+                path.fit = chain::polish(without);
+            }
+        }
+        let Some(alone) = self.like(&path.fit, calibrated) else { return path };
+        if !path.named.is_empty() && self.refuted(&alone, &path.fit) {
+            return Path { fit: calibrated.clone(), named: vec![] };
+        }
+        path
+    }
+
+    /// Simpler laws where folds speak against a richer one beside them.
+    fn simplified<'p>(&self, mut path: Path<'p>) -> Path<'p> {
+        for k in (0..path.named.len()).rev() {
+            let Some(simple) = self.special_case(&path.fit, k) else { continue };
+            if self.refuted(&simple, &path.fit) {
+                let rich = &path.fit.hypothesis;
+                let candidate = candidate_of(&rich.supposed()[k]);
+                let behind = self.decision.tie;
+                let rival = Rival { candidate, behind, hypothesis: rich.clone() };
+                let mut named = path.named.remove(k);
+                named.rivals.retain(|r| !r.candidate.excludes(&candidate));
+                named.rivals.push(rival);
+                path.named.push(named);
+                path.fit = simple;
+            }
+        }
+        path
+    }
+}
+
+/// Folds of a fit's windows: for each, which windows are left out.
+fn folds(fit: &Fit) -> Vec<Vec<bool>> {
+    let windows = &fit.windowed.windows;
+    // Recordings in turn; of a single one, contiguous windows.
+    let of: Vec<usize> = if windows.len() > 1 {
+        windows.iter().enumerate().flat_map(|(r, w)| vec![r % FOLDS; w.len()]).collect()
+    } else {
+        let count = windows[0].len();
+        (0..count).map(|k| k * FOLDS / count).collect()
+    };
+    let used = (0..FOLDS).filter(|f| of.contains(f));
+    used.map(|f| of.iter().map(|o| *o == f).collect()).collect()
+}

@@ -1,0 +1,75 @@
+//! What a force law sees of the machine.
+
+use lacuna_numbers::Number;
+
+/// Where a channel's coordinate and velocity stand in the machine's state. On a first-order
+/// state both are the state itself, so that friction laws act on it as loss laws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Place of the coordinate.
+    pub q: usize,
+    /// Place of the velocity.
+    pub v: usize,
+}
+
+impl Channel {
+    /// One channel alone, in a state of its coordinate and velocity.
+    pub const ALONE: [Self; 1] = [Self { q: 0, v: 1 }];
+}
+
+/// Where and when a force law is evaluated, in any kind of number.
+#[derive(Clone, Copy, Debug)]
+pub struct At<'a, T = f64> {
+    /// Time (s).
+    pub t: f64,
+    /// Time from sample to sample (s): what begins or ends at a time is told by recordings to
+    /// one sample only, and so is its derivative. 0 where nothing is sampled.
+    pub sample: f64,
+    /// The machine's state.
+    pub state: &'a [T],
+    /// The channel that the law acts on, then the others that it names.
+    pub channels: &'a [Channel],
+    /// The machine's inputs, as the actuators apply them.
+    pub inputs: &'a [T],
+    /// The law's own memory.
+    pub memory: &'a [T],
+    /// Acceleration of the channel, where the motion is given. It is 0 where the equations of
+    /// motion are yet to be solved for it: there a law's inertia is part of the mass matrix.
+    pub acceleration: T,
+}
+
+impl<'a, T: Number> At<'a, T> {
+    /// At this time and state, without inputs and memory.
+    pub fn new(t: f64, state: &'a [T], channels: &'a [Channel]) -> Self {
+        let acceleration = T::constant(0.0);
+        Self { t, sample: 0.0, state, channels, inputs: &[], memory: &[], acceleration }
+    }
+
+    /// Coordinate of the channel.
+    #[inline(always)]
+    #[must_use]
+    pub fn q(&self) -> T {
+        self.state[self.channels[0].q]
+    }
+
+    /// Velocity of the channel.
+    #[inline(always)]
+    #[must_use]
+    pub fn v(&self) -> T {
+        self.state[self.channels[0].v]
+    }
+
+    /// Coordinate of the `k`-th of the other channels.
+    #[inline(always)]
+    #[must_use]
+    pub fn other_q(&self, k: usize) -> T {
+        self.state[self.channels[k + 1].q]
+    }
+
+    /// Velocity of the `k`-th of the other channels.
+    #[inline(always)]
+    #[must_use]
+    pub fn other_v(&self, k: usize) -> T {
+        self.state[self.channels[k + 1].v]
+    }
+}

@@ -1,0 +1,97 @@
+//! What an effect is: its description, its law, what is believed of its parameters.
+
+use crate::{Kin, Law, Parameter, Prior, Scales};
+
+/// One entry of the catalogue.
+#[derive(Debug)]
+pub struct Effect {
+    /// Name in model files and findings.
+    pub class: &'static str,
+    /// In words, for reports.
+    pub words: &'static str,
+    /// The law as a formula, in the names of the parameters.
+    pub formula: &'static str,
+    /// Physical parameters, in the order of [`ForceLaw::physical`](crate::ForceLaw::physical).
+    pub parameters: &'static [Parameter],
+    /// What the law depends on; of a curve, what it can be over (see [`Effect::variables`]).
+    pub depends_on: &'static [Variable],
+    /// Which kind of channel it acts on.
+    pub acts: Acts,
+    /// The law itself.
+    pub law: Law,
+    /// Priors of the parameters on a channel of these magnitudes: of a force law of the internal
+    /// ones, amplitudes, then shape.
+    pub priors: fn(&Scales) -> Vec<Prior>,
+    /// Shapes (of an input law parameters) spread so that one of them is near enough to any
+    /// other to begin from; one empty shape where the law has none ([`one_shape`]), and no shape
+    /// at all where it is not to be looked for.
+    pub shapes: fn(&Scales) -> Vec<Vec<f64>>,
+    /// What else is known of it.
+    pub nature: Nature,
+}
+
+/// What is known of an effect beside its law. Most have the [`Nature::PLAIN`] one.
+#[derive(Clone, Copy, Debug)]
+pub struct Nature {
+    /// The family of laws of which a channel has one at most.
+    pub kin: Option<Kin>,
+    /// Whether it is nothing on one side of an edge, so that it acts wherever it is not 0.
+    pub edge: bool,
+    /// The parameter that is the time at which it begins, if it does.
+    pub onset: Option<&'static str>,
+    /// Parameters with which a sensor tells the truth.
+    pub ideal: &'static [f64],
+    /// How far from rest, as a standard deviation, the memory may begin, given its shape.
+    pub memory_spread: fn(&[f64], &Scales, &mut [f64]),
+}
+
+impl Nature {
+    /// No family, no edge, no beginning; memory begins within a quarter of the range.
+    pub const PLAIN: Self = Self {
+        kin: None,
+        edge: false,
+        onset: None,
+        ideal: &[0.0],
+        memory_spread: |_, scales, spread| spread.fill(0.5 * scales.half_range()),
+    };
+}
+
+/// What a law can depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// The channel's coordinate, or first-order state.
+    Coordinate,
+    /// The channel's velocity.
+    Velocity,
+    /// The channel's acceleration: the law adds to the mass matrix.
+    Acceleration,
+    /// The coordinate of the other channel.
+    OtherCoordinate,
+    /// The velocity of the other channel.
+    OtherVelocity,
+    /// Time.
+    Time,
+    /// The input it acts on.
+    Input,
+}
+
+/// Which channels an effect can act on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// Second-order coordinates.
+    Coordinates,
+    /// First-order states.
+    States,
+    /// Both.
+    CoordinatesAndStates,
+    /// Inputs.
+    Inputs,
+    /// Measured channels.
+    Sensors,
+}
+
+/// The one shape of a law that has no shape parameters.
+#[must_use]
+pub fn one_shape(_scales: &Scales) -> Vec<Vec<f64>> {
+    vec![vec![]]
+}

@@ -1,0 +1,50 @@
+//! Magnitudes of a channel in the recordings.
+
+/// Magnitudes of a channel in the recordings: what priors and grids of shapes are spread over.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Scales {
+    /// Smallest and largest coordinate.
+    pub q: (f64, f64),
+    /// Half the range that the coordinate usually covers within an eighth of a recording.
+    pub stroke: f64,
+    /// Standard deviation of the velocity.
+    pub v: f64,
+    /// Standard deviation of the acceleration.
+    pub acceleration: f64,
+    /// Standard deviation of the force that moves it.
+    pub force: f64,
+    /// The other channel of a coupling: half its range, its velocity and its force.
+    pub other: (f64, f64, f64),
+    /// Standard deviation and largest absolute value of the input.
+    pub input: (f64, f64),
+    /// Mean sample step (s).
+    pub step: f64,
+    /// Begin and end of the recordings' time (s).
+    pub time: (f64, f64),
+}
+
+impl Scales {
+    /// Half the range of the coordinate.
+    #[must_use]
+    pub fn half_range(&self) -> f64 {
+        0.5 * (self.q.1 - self.q.0)
+    }
+
+    /// Middle of the range of the coordinate.
+    #[must_use]
+    pub fn centre(&self) -> f64 {
+        0.5 * (self.q.0 + self.q.1)
+    }
+
+    /// Rate at which the channel moves through its range (rad/s).
+    #[must_use]
+    pub fn rate(&self) -> f64 {
+        self.v / self.half_range()
+    }
+
+    /// Length of the recordings (s).
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.time.1 - self.time.0
+    }
+}

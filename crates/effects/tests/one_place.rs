@@ -1,0 +1,89 @@
+//! A new effect touches its file, its line in the catalogue and its test: no other source knows
+//! an effect by name, and README lists the catalogue.
+
+use lacuna_effects::{Acts, CATALOGUE};
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// All Rust sources in a folder.
+fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder of the project") {
+        let path = entry.expect("a readable entry").path();
+        if path.is_dir() {
+            sources(&path, out);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            out.push(path);
+        }
+    }
+}
+
+#[test]
+fn no_source_but_its_own_names_an_effect() {
+    let mut files = vec![];
+    for entry in std::fs::read_dir(root().join("crates")).expect("the crates") {
+        let source = entry.expect("a readable entry").path().join("src");
+        if !source.starts_with(root().join("crates/effects")) && source.is_dir() {
+            sources(&source, &mut files);
+        }
+    }
+    assert!(files.len() > 100, "only {} sources were found", files.len());
+    // The demo conceals effects of its own choice, as the experiments do.
+    files.retain(|f| !f.ends_with("lacuna/src/commands/demo.rs"));
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("text");
+        for class in CATALOGUE.iter().map(|e| e.class) {
+            let named =
+                [format!("\"{class}\""), format!("\"{class}\\"), format!("{class}::EFFECT")];
+            let found = named.iter().any(|literal| text.contains(literal.as_str()));
+            assert!(!found, "{} knows {class} by name: ask its Effect", file.display());
+        }
+    }
+}
+
+/// Every effect has its file, its `mod` line and its line in the catalogue, once.
+#[test]
+fn every_effect_has_a_file_and_a_line() {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let lib = std::fs::read_to_string(own.join("lib.rs")).expect("text");
+    for effect in CATALOGUE {
+        let class = effect.class;
+        let text = std::fs::read_to_string(own.join(format!("{class}.rs"))).expect("its own file");
+        assert!(text.contains(&format!("class: \"{class}\"")), "{class}");
+        assert_eq!(lib.matches(&format!("&{class}::EFFECT,")).count(), 1, "{class}");
+        assert_eq!(lib.matches(&format!("mod {class};")).count(), 1, "{class}");
+    }
+}
+
+/// The table of README, row by row: class, what it acts on, law.
+#[test]
+fn readme_lists_the_catalogue() {
+    let readme = std::fs::read_to_string(root().join("README.md")).expect("README.md");
+    let section = readme.split("## The catalogue").nth(1).expect("a section on the catalogue");
+    let rows: Vec<&str> = section
+        .lines()
+        .skip_while(|l| !l.starts_with("| `"))
+        .take_while(|l| l.starts_with('|'))
+        .collect();
+    let expected: Vec<String> = CATALOGUE
+        .iter()
+        .map(|e| {
+            let acts = match e.acts {
+                Acts::Coordinates => "coordinate",
+                Acts::States => "first-order state",
+                Acts::CoordinatesAndStates => "coordinate or state",
+                Acts::Inputs => "input",
+                Acts::Sensors => "sensor",
+            };
+            // A bar within a table's cell has to be written as a character of HTML.
+            let law = match e.formula.contains('|') {
+                true => format!("<code>{}</code>", e.formula.replace('|', "&#124;")),
+                false => format!("`{}`", e.formula),
+            };
+            format!("| `{}` | {acts} | {law} |", e.class)
+        })
+        .collect();
+    assert_eq!(rows, expected);
+}

@@ -1,0 +1,157 @@
+//! What a function must know of numbers to be evaluated in any kind of them.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// What laws, expressions and equations of motion are evaluated in.
+pub trait Number:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+{
+    /// A number that does not depend on anything.
+    fn constant(value: f64) -> Self;
+
+    /// Its value.
+    fn value(self) -> f64;
+
+    /// `f(self)`, given the value and the slope of f there.
+    fn mapped(self, value: f64, slope: f64) -> Self;
+
+    /// Sine.
+    fn sin(self) -> Self;
+    /// Cosine.
+    fn cos(self) -> Self;
+    /// Sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
+    /// Tangent.
+    fn tan(self) -> Self;
+    /// Inverse of the sine.
+    fn asin(self) -> Self;
+    /// Inverse of the cosine.
+    fn acos(self) -> Self;
+    /// Inverse of the tangent.
+    fn atan(self) -> Self;
+    /// Angle of the point `(x, self)`.
+    fn atan2(self, x: Self) -> Self;
+    /// Hyperbolic sine.
+    fn sinh(self) -> Self;
+    /// Hyperbolic cosine.
+    fn cosh(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// e to this power.
+    fn exp(self) -> Self;
+    /// e to this power, less 1, exact near 0.
+    fn exp_m1(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Square root. At 0 its slope is taken as 0: an empty tank stays empty.
+    fn sqrt(self) -> Self;
+    /// A whole power.
+    fn powi(self, exponent: i32) -> Self;
+    /// A power that may itself depend on something.
+    fn powf(self, exponent: Self) -> Self;
+    /// -1, 0 or 1; unlike of `f64::signum`, 0 has no sign.
+    fn sign(self) -> Self;
+    /// Absolute value; its slope at 0 is 1.
+    fn abs(self) -> Self;
+    /// The larger of two, this one where they are equal.
+    fn max(self, other: Self) -> Self;
+    /// The smaller of two, this one where they are equal.
+    fn min(self, other: Self) -> Self;
+
+    /// The nearest number between two bounds; itself on a bound.
+    #[inline(always)]
+    fn clamp(self, low: Self, high: Self) -> Self {
+        if self.value() < low.value() {
+            low
+        } else if self.value() > high.value() {
+            high
+        } else {
+            self
+        }
+    }
+}
+
+macro_rules! plainly {
+    ($($name:ident)*) => {
+        $(
+            #[inline(always)]
+            fn $name(self) -> Self {
+                f64::$name(self)
+            }
+        )*
+    };
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn mapped(self, value: f64, _slope: f64) -> Self {
+        value
+    }
+
+    plainly! { sin cos tan asin acos atan sinh cosh tanh exp exp_m1 ln sqrt abs }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        f64::atan2(self, x)
+    }
+
+    #[inline(always)]
+    fn powi(self, exponent: i32) -> Self {
+        f64::powi(self, exponent)
+    }
+
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        f64::powf(self, exponent)
+    }
+
+    #[inline(always)]
+    fn sign(self) -> Self {
+        if self > 0.0 {
+            1.0
+        } else if self < 0.0 {
+            -1.0
+        } else {
+            self * 0.0
+        }
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        f64::max(self, other)
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        f64::min(self, other)
+    }
+}

@@ -1,0 +1,375 @@
+//! Models that no text describes.
+
+use super::name::check_name;
+use super::{Coordinate, Measured, Measurement, Model, NameError, Parameter, Quantity, System};
+use crate::Hold;
+use crate::dynamics::{
+    Differences, Dynamics, Exact, GenericSimulator, Mass, Mechanics, Point, Rates, Simulator, Sizes,
+};
+use std::fmt;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// What is wrong with a model that is built.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum BuildError {
+    /// A name that cannot be one, or stands for two things.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// Neither a coordinate nor a first-order state.
+    #[error("'{model}' has neither a coordinate nor a state: nothing moves")]
+    NothingMoves {
+        /// The model.
+        model: String,
+    },
+    /// Nothing says how it moves.
+    #[error(
+        "'{model}' has no dynamics: say how it moves with rates, mechanics, simulator, exact or \
+         dynamics"
+    )]
+    NoDynamics {
+        /// The model.
+        model: String,
+    },
+    /// A closure gives more or fewer numbers than there are channels.
+    #[error(
+        "the {what} must be {expected} numbers, as the model's channels ask for; found {found}"
+    )]
+    Length {
+        /// Of what.
+        what: &'static str,
+        /// As many as there must be.
+        expected: usize,
+        /// As many as there are.
+        found: usize,
+    },
+    /// Dynamics for another model.
+    #[error("the dynamics are those of another model: expected {expected:?}, found {found:?}")]
+    Sizes {
+        /// What the model has.
+        expected: Sizes,
+        /// What the dynamics have.
+        found: Sizes,
+    },
+    /// A parameter without a finite value.
+    #[error("the value of '{name}' must be finite; found {found}")]
+    Value {
+        /// The parameter.
+        name: String,
+        /// Its value.
+        found: f64,
+    },
+    /// A tolerance that is no standard deviation.
+    #[error("the tolerance of '{name}' is a relative standard deviation, 0 or more; found {found}")]
+    Tolerance {
+        /// The parameter.
+        name: String,
+        /// Its tolerance.
+        found: f64,
+    },
+    /// A measurement of something that the model does not have.
+    #[error("column '{column}' measures '{of}', which is none of {}", known.join(", "))]
+    Measured {
+        /// The column.
+        column: String,
+        /// What it is said to measure.
+        of: String,
+        /// What can be measured.
+        known: Vec<String>,
+    },
+    /// A mass matrix that cannot be solved.
+    #[error("the mass matrix is singular where all coordinates are 0")]
+    SingularMass,
+}
+
+/// Makes the dynamics once all sizes are known.
+type Make = Box<dyn FnOnce(&Rest) -> Result<Arc<dyn Dynamics>, BuildError>>;
+
+/// A [`Model`] in the making ([`Model::builder`]).
+pub struct Builder {
+    name: String,
+    parameters: Vec<Parameter>,
+    inputs: Vec<Quantity>,
+    coordinates: Vec<Coordinate>,
+    states: Vec<Quantity>,
+    /// Column, what it measures, unit.
+    measurements: Vec<(String, String, String)>,
+    time_column: String,
+    hold: Hold,
+    dynamics: Option<Make>,
+}
+
+impl fmt::Debug for Builder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Builder").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+impl Model {
+    /// A model that no text describes. Parameters, inputs, coordinates and states are numbered in
+    /// the order in which they are declared; the dynamics find them so ([`Point`]).
+    ///
+    /// ```
+    /// use lacuna_plants::Model;
+    /// // J theta'' = tau - k sin theta, as accelerations.
+    /// let model = Model::builder("pendulum")
+    ///     .parameter("J", 0.12, "kg m^2", 0.1)
+    ///     .parameter("k", 0.9, "N m", 0.1)
+    ///     .input("tau", "N m")
+    ///     .coordinate("theta", "omega", "rad")
+    ///     .rates(|at| [(at.inputs[0] - at.parameters[1] * at.coordinates[0].sin()) / at.parameters[0]])
+    ///     .build()?;
+    /// assert_eq!(model.force_unit(0), "rad/s^2");
+    /// # Ok::<(), lacuna_plants::model::BuildError>(())
+    /// ```
+    #[must_use]
+    pub fn builder(name: &str) -> Builder {
+        Builder {
+            name: name.to_owned(),
+            parameters: vec![],
+            inputs: vec![],
+            coordinates: vec![],
+            states: vec![],
+            measurements: vec![],
+            time_column: "t".to_owned(),
+            hold: Hold::default(),
+            dynamics: None,
+        }
+    }
+}
+
+impl Builder {
+    /// A parameter, with the relative standard deviation of what is believed of it; 0 is known
+    /// exactly.
+    #[must_use]
+    pub fn parameter(mut self, name: &str, value: f64, unit: &str, tolerance: f64) -> Self {
+        let (name, unit) = (name.to_owned(), unit.to_owned());
+        self.parameters.push(Parameter { name, value, unit, tolerance });
+        self
+    }
+
+    /// An input.
+    #[must_use]
+    pub fn input(mut self, name: &str, unit: &str) -> Self {
+        self.inputs.push(Quantity { name: name.to_owned(), unit: unit.to_owned() });
+        self
+    }
+
+    /// A second-order coordinate, the name of its velocity, and its unit.
+    #[must_use]
+    pub fn coordinate(mut self, name: &str, velocity: &str, unit: &str) -> Self {
+        let (name, velocity, unit) = (name.to_owned(), velocity.to_owned(), unit.to_owned());
+        self.coordinates.push(Coordinate { name, velocity, unit });
+        self
+    }
+
+    /// A first-order state.
+    #[must_use]
+    pub fn state(mut self, name: &str, unit: &str) -> Self {
+        self.states.push(Quantity { name: name.to_owned(), unit: unit.to_owned() });
+        self
+    }
+
+    /// A column of the recordings that measures a coordinate, velocity, state or input in a unit
+    /// of its own (empty: that of the quantity). Columns with the names of channels need not be
+    /// declared.
+    #[must_use]
+    pub fn measurement(mut self, column: &str, of: &str, unit: &str) -> Self {
+        self.measurements.push((column.to_owned(), of.to_owned(), unit.to_owned()));
+        self
+    }
+
+    /// The column of time in the recordings; `t` where it is not said.
+    #[must_use]
+    pub fn time_column(mut self, name: &str) -> Self {
+        name.clone_into(&mut self.time_column);
+        self
+    }
+
+    /// What the inputs do between samples; held where it is not said.
+    #[must_use]
+    pub fn hold(mut self, hold: Hold) -> Self {
+        self.hold = hold;
+        self
+    }
+
+    /// It moves as a closure says: `n` accelerations, then the rates of the `s` first-order
+    /// states. Without a mass matrix, effects act on accelerations; derivatives are differences
+    /// ([`Differences`]).
+    #[must_use]
+    pub fn rates<R: AsRef<[f64]> + 'static>(
+        self,
+        rates: impl Fn(&Point<'_>) -> R + Send + Sync + 'static,
+    ) -> Self {
+        self.made(move |rest| {
+            let found = rates(&rest.point()).as_ref().len();
+            expect("rates", rest.sizes.channels(), found)?;
+            Ok(Arc::new(Differences::new(Rates(rates), rest.sizes)))
+        })
+    }
+
+    /// It moves as two closures say: the mass matrix (row-major, `n x n`), and `n` generalised
+    /// forces followed by the rates of the `s` first-order states. Derivatives are differences
+    /// ([`Differences`]).
+    #[must_use]
+    pub fn mechanics<A: AsRef<[f64]> + 'static, B: AsRef<[f64]> + 'static>(
+        self,
+        mass: impl Fn(&Point<'_>) -> A + Send + Sync + 'static,
+        force: impl Fn(&Point<'_>) -> B + Send + Sync + 'static,
+    ) -> Self {
+        self.made(move |rest| {
+            let (at, n) = (rest.point(), rest.sizes.coordinates);
+            expect("entries of the mass matrix", n * n, mass(&at).as_ref().len())?;
+            expect("forces", rest.sizes.channels(), force(&at).as_ref().len())?;
+            Ok(Arc::new(Differences::new(Mechanics { mass, force }, rest.sizes)))
+        })
+    }
+
+    /// It moves as a program says that computes in plain numbers.
+    #[must_use]
+    pub fn simulator(self, simulator: impl Simulator) -> Self {
+        self.made(|rest| Ok(Arc::new(Differences::new(simulator, rest.sizes))))
+    }
+
+    /// It moves as a program says that computes in any number: with exact derivatives.
+    #[must_use]
+    pub fn exact(self, simulator: impl GenericSimulator) -> Self {
+        self.made(|rest| Ok(Arc::new(Exact::new(simulator, rest.sizes))))
+    }
+
+    /// It moves as these dynamics do.
+    #[must_use]
+    pub fn dynamics(self, dynamics: Arc<dyn Dynamics>) -> Self {
+        self.made(move |rest| {
+            let (expected, found) = (rest.sizes, dynamics.sizes());
+            if expected == found {
+                Ok(dynamics)
+            } else {
+                Err(BuildError::Sizes { expected, found })
+            }
+        })
+    }
+
+    fn made(
+        mut self,
+        make: impl FnOnce(&Rest) -> Result<Arc<dyn Dynamics>, BuildError> + 'static,
+    ) -> Self {
+        self.dynamics = Some(Box::new(make));
+        self
+    }
+
+    /// The model.
+    ///
+    /// # Errors
+    /// [`BuildError`]: names that are none or stand for two things, values out of range, no
+    /// dynamics or such of other sizes, a mass matrix that is singular at rest.
+    pub fn build(mut self) -> Result<Model, BuildError> {
+        self.check_names()?;
+        self.check_values()?;
+        if self.coordinates.is_empty() && self.states.is_empty() {
+            return Err(BuildError::NothingMoves { model: self.name });
+        }
+        let Some(make) = self.dynamics.take() else {
+            return Err(BuildError::NoDynamics { model: self.name });
+        };
+        let dynamics = make(&self.rest())?;
+        let mut model = Model {
+            name: self.name,
+            parameters: self.parameters,
+            inputs: self.inputs,
+            coordinates: self.coordinates,
+            states: self.states,
+            effects: vec![],
+            measurements: vec![],
+            time_column: self.time_column,
+            hold: self.hold,
+            dynamics,
+            source: None,
+        };
+        for declared in self.measurements {
+            let measurement = measurement(&model, declared)?;
+            model.measurements.push(measurement);
+        }
+        check_mass(&model)?;
+        Ok(model)
+    }
+
+    fn check_names(&self) -> Result<(), NameError> {
+        let parameters = self.parameters.iter().map(|p| &p.name);
+        let coordinates = self.coordinates.iter().flat_map(|c| [&c.name, &c.velocity]);
+        let others = self.states.iter().chain(&self.inputs).map(|q| &q.name);
+        let mut taken: Vec<String> = vec![];
+        for name in parameters.chain(coordinates).chain(others) {
+            check_name(name, &taken)?;
+            taken.push(name.clone());
+        }
+        Ok(())
+    }
+
+    fn check_values(&self) -> Result<(), BuildError> {
+        for Parameter { name, value, tolerance, .. } in &self.parameters {
+            if !value.is_finite() {
+                return Err(BuildError::Value { name: name.clone(), found: *value });
+            }
+            if !(tolerance.is_finite() && *tolerance >= 0.0) {
+                return Err(BuildError::Tolerance { name: name.clone(), found: *tolerance });
+            }
+        }
+        Ok(())
+    }
+
+    fn rest(&self) -> Rest {
+        let sizes = Sizes {
+            parameters: self.parameters.len(),
+            coordinates: self.coordinates.len(),
+            states: self.states.len(),
+            inputs: self.inputs.len(),
+        };
+        let parameters = self.parameters.iter().map(|p| p.value).collect();
+        Rest { sizes, parameters, variables: vec![0.0; sizes.variables()] }
+    }
+}
+
+/// Where everything but the parameters is 0.
+struct Rest {
+    sizes: Sizes,
+    parameters: Vec<f64>,
+    variables: Vec<f64>,
+}
+
+impl Rest {
+    fn point(&self) -> Point<'_> {
+        Point::new(self.sizes, &self.parameters, &self.variables)
+    }
+}
+
+fn expect(what: &'static str, expected: usize, found: usize) -> Result<(), BuildError> {
+    if expected == found { Ok(()) } else { Err(BuildError::Length { what, expected, found }) }
+}
+
+fn measurement(
+    model: &Model,
+    (column, of, unit): (String, String, String),
+) -> Result<Measurement, BuildError> {
+    let states = (0..model.machine_states()).map(|i| (model.state_name(i), Measured::State(i)));
+    let inputs = model.inputs.iter().enumerate().map(|(j, i)| (&*i.name, Measured::Input(j)));
+    let known: Vec<_> = states.chain(inputs).collect();
+    match known.iter().find(|(name, _)| *name == of) {
+        Some(&(_, measured)) => Ok(Measurement { column, unit, of: measured, text: of }),
+        None => {
+            let known = known.iter().map(|(name, _)| (*name).to_owned()).collect();
+            Err(BuildError::Measured { column, of, known })
+        }
+    }
+}
+
+/// A simulator may be undefined at rest for other reasons: only a determinant that vanishes is the
+/// mass matrix's fault.
+fn check_mass(model: &Model) -> Result<(), BuildError> {
+    if model.dynamics.mass() == Mass::Unit || model.coordinates.is_empty() {
+        return Ok(());
+    }
+    let system = System::new(model);
+    let rest = system.at_rest(&vec![0.0; model.machine_states()]);
+    if system.mass_determinant(&rest) == 0.0 { Err(BuildError::SingularMass) } else { Ok(()) }
+}

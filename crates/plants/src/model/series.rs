@@ -1,0 +1,102 @@
+//! What actuators make of commands and sensors of outputs, in any kind of number.
+
+use super::{Direction, ModelEffect};
+use lacuna_effects::{AnySeriesLaw, Law, SeriesLawIn};
+use lacuna_numbers::{Dual, Number};
+
+/// An input or sensor effect with its parameters set.
+#[derive(Clone, Debug)]
+pub struct SeriesEffect<T: Number = f64> {
+    /// The input, or the entry of the machine's state, that it acts on.
+    pub channel: usize,
+    law: &'static dyn SeriesLawIn<T>,
+    parameters: Vec<T>,
+}
+
+/// The law of an effect on the inputs.
+fn input_law(e: &ModelEffect) -> Option<&'static dyn AnySeriesLaw> {
+    if let Law::Input(law) = e.effect.law { Some(law) } else { None }
+}
+
+/// The law of an effect on a sensor.
+fn sensor_law(e: &ModelEffect) -> Option<&'static dyn AnySeriesLaw> {
+    if let Law::Sensor(law) = e.effect.law { Some(law) } else { None }
+}
+
+impl SeriesEffect {
+    /// The input effects among some, in their order.
+    #[must_use]
+    pub fn inputs(effects: &[ModelEffect]) -> Vec<Self> {
+        Self::all(effects, input_law)
+    }
+
+    /// The sensor effects among some, in their order.
+    #[must_use]
+    pub fn sensors(effects: &[ModelEffect]) -> Vec<Self> {
+        Self::all(effects, sensor_law)
+    }
+
+    fn all(
+        effects: &[ModelEffect],
+        law: fn(&ModelEffect) -> Option<&'static dyn AnySeriesLaw>,
+    ) -> Vec<Self> {
+        let of = |e: &ModelEffect| {
+            let (law, parameters) = (law(e)?.plain(), e.parameters.clone());
+            Some(Self { channel: e.channel, law, parameters })
+        };
+        effects.iter().filter_map(of).collect()
+    }
+}
+
+impl SeriesEffect<Dual> {
+    /// The input effects among some, with derivatives by those of their parameters that are among
+    /// the directions, each in its lane.
+    #[must_use]
+    pub fn inputs_along(effects: &[ModelEffect], directions: &[(Direction, usize)]) -> Vec<Self> {
+        Self::all_along(effects, directions, input_law)
+    }
+
+    /// The sensor effects, likewise.
+    #[must_use]
+    pub fn sensors_along(effects: &[ModelEffect], directions: &[(Direction, usize)]) -> Vec<Self> {
+        Self::all_along(effects, directions, sensor_law)
+    }
+
+    fn all_along(
+        effects: &[ModelEffect],
+        directions: &[(Direction, usize)],
+        law: fn(&ModelEffect) -> Option<&'static dyn AnySeriesLaw>,
+    ) -> Vec<Self> {
+        let of = |(index, e): (usize, &ModelEffect)| {
+            let law = law(e)?.dual();
+            let parameters = e.internal_along(Direction::of_effect(directions, index));
+            Some(Self { channel: e.channel, law, parameters })
+        };
+        effects.iter().enumerate().filter_map(of).collect()
+    }
+}
+
+impl<T: Number> SeriesEffect<T> {
+    /// What becomes of a series.
+    #[must_use]
+    pub fn applied(&self, times: &[f64], series: &[T]) -> Vec<T> {
+        self.law.applied(&self.parameters, times, series)
+    }
+}
+
+/// What input effects make of the commands to `m` actuators (row-major).
+#[must_use]
+pub fn effective_inputs<T: Number>(
+    effects: &[SeriesEffect<T>],
+    m: usize,
+    times: &[f64],
+    mut commands: Vec<T>,
+) -> Vec<T> {
+    for e in effects {
+        let column: Vec<T> = commands.iter().skip(e.channel).step_by(m).copied().collect();
+        for (k, value) in e.applied(times, &column).into_iter().enumerate() {
+            commands[k * m + e.channel] = value;
+        }
+    }
+    commands
+}
