@@ -70,7 +70,7 @@ fn its_derivative_is_that_of_the_mass() {
     for joints in [2, 3] {
         let model = model(joints, "0.7", "0.45");
         let directions = [(Direction::Effect(0, 0), 1), (Direction::Parameter(0), 2)];
-        let (equations, p) = (Equations::of(&model), model.values());
+        let p = model.values();
         let system = System::along(&model, &p, &model.effects, &directions, 0.01);
         let mut w = system.workspace();
         let mut x: Vec<Dual> = (0..2 * joints).map(|k| Dual::constant(0.1 * k as f64)).collect();

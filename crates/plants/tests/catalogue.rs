@@ -2,7 +2,7 @@
 
 use lacuna_effects::{Acts, CATALOGUE, Law};
 use lacuna_plants::integrate::rk4_sampled;
-use lacuna_plants::model::{Augmentation, NewEffect, augmented_text};
+use lacuna_plants::model::{Augmentation, NewEffect};
 use lacuna_plants::{Model, Plant, System};
 
 /// Two joints, a drive of each kind, and two tanks.
@@ -204,7 +204,7 @@ fn every_effect_is_written_as_it_was_read() {
         let model = with(class, channels[0], entries);
         let effects = vec![NewEffect::of(&model, &model.effects[0])];
         let augmentation = Augmentation { parameters: vec![], effects };
-        let text = augmented_text(MODEL, "model.toml", &augmentation).expect("can be written");
+        let text = read(MODEL).augmented_text(&augmentation).expect("can be written");
         let again = &read(&text).effects[0];
         let (one, other) = (&model.effects[0], again);
         assert_eq!((one.channel, one.other), (other.channel, other.other), "{class}");
