@@ -107,7 +107,7 @@ fn plot(comparison: &Comparison, s: &ComparedSeries, points: usize) -> Markup {
         kind: "comparison",
         of: format!("{} {}", s.recording, s.channel),
         caption: format!("{}: {}, rms error of A {a}, of B {b}", s.recording, s.channel),
-        drawing: Drawing::Figure(drawing),
+        drawing: Drawing::Figure(Box::new(drawing)),
     })
 }
 

@@ -73,7 +73,7 @@ fn picture(channel: &str, c: &Curve, caption: &str, law: Option<&str>) -> Pictur
         kind: "missing-force",
         of: format!("{channel} {}", c.variable),
         caption: caption.to_owned(),
-        drawing: Drawing::Figure(figure),
+        drawing: Drawing::Figure(Box::new(figure)),
     }
 }
 

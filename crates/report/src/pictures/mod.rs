@@ -23,7 +23,7 @@ pub(crate) struct Picture {
 }
 
 pub(crate) enum Drawing {
-    Figure(Figure),
+    Figure(Box<Figure>),
     Ratios(Ratios),
 }
 

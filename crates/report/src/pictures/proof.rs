@@ -48,7 +48,7 @@ fn residual(p: &Proof, model: &[f64]) -> Vec<f64> {
 
 fn picture(p: &Proof, kind: &'static str, caption: String, figure: Figure) -> Picture {
     let of = format!("{} {}", p.recording, p.channel);
-    Picture { kind, of, caption, drawing: Drawing::Figure(figure) }
+    Picture { kind, of, caption, drawing: Drawing::Figure(Box::new(figure)) }
 }
 
 fn run(p: &Proof, points: usize) -> Picture {
