@@ -93,7 +93,7 @@ impl Ladder<'_> {
 
     /// Odds that the right class is none of those that were compared: what the findings leave of
     /// the mismatch speaks for it.
-    fn none_of_these(&self) -> f64 {
+    pub(super) fn none_of_these(&self) -> f64 {
         const MOST: f64 = 0.9;
         let excess = |reduced: f64| (reduced - 1.0).max(0.0);
         let before = excess(self.found.calibrated.reduced());

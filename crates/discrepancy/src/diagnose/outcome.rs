@@ -4,7 +4,9 @@ use super::Outcome;
 use super::proof::{Proved, Proving, Says};
 use crate::dataset::{Dataset, Observed};
 use crate::decision::Decision;
-use crate::diagnosis::{Calibration, DataUsed, Diagnosis, Finding, ProofOutcome, SCHEMA, Verdict};
+use crate::diagnosis::{
+    Calibration, ChannelFit, DataUsed, Diagnosis, Finding, ProofOutcome, SCHEMA, Verdict,
+};
 use crate::likelihood::{End, Problem};
 use crate::search::Found;
 use crate::trajectories::unmeasured;
@@ -60,10 +62,15 @@ impl<'a> Ladder<'a> {
         let mut notes = self.notes(selected);
         let (handed, proved) = self.proved(selected);
         let refused = proved.outcome == ProofOutcome::Worse;
+        let verdict = if refused { self.verdict_without(&proved) } else { selected };
         if refused {
             notes.push(refusal(selected, &findings));
+        } else if handed == Handed::Given && !findings.is_empty() {
+            notes.push(
+                "What was found leaves most of the mismatch: the model is handed back unchanged."
+                    .to_owned(),
+            );
         }
-        let verdict = if refused { self.verdict_without(selected) } else { selected };
         let keep = refused || handed == Handed::Given;
         let proved = if refused { self.proved_as_given(proved) } else { proved };
         // The location tells what is missing; nothing explains it where the findings are refused.
@@ -92,17 +99,24 @@ impl<'a> Ladder<'a> {
 
     /// What is to be handed back after this verdict, and what the held-out recordings say of it.
     fn proved(&self, verdict: Verdict) -> (Handed, Proved) {
-        let given = match verdict {
-            Verdict::NoMismatch => true,
-            // Parameters that take up what they do not describe may still predict better.
-            Verdict::Unexplained => self.found.calibration_refuted,
-            Verdict::Miscalibrated | Verdict::MissingPhysics | Verdict::SensorFault => false,
-        };
-        if given {
+        if self.handed(verdict) == Handed::Given {
             return (Handed::Given, self.proving().prove(self.given().as_says()));
         }
         let h = &self.found.chosen.hypothesis;
         (Handed::Chosen, self.proving().prove((&h.parameters, &h.effects)))
+    }
+
+    /// A model is changed by what is more likely right than wrong. Where the chosen one leaves most
+    /// of the mismatch, it takes up what it does not describe: it may predict motion like that of
+    /// the recordings better, and any other worse.
+    fn handed(&self, verdict: Verdict) -> Handed {
+        match verdict {
+            Verdict::NoMismatch => Handed::Given,
+            Verdict::Miscalibrated => Handed::Chosen,
+            Verdict::MissingPhysics | Verdict::SensorFault | Verdict::Unexplained => {
+                if self.none_of_these() > 1.0 { Handed::Given } else { Handed::Chosen }
+            }
+        }
     }
 
     /// The proof of the model as it was given, in place of one that failed; its outcome is kept.
@@ -177,14 +191,11 @@ impl<'a> Ladder<'a> {
     }
 
     /// What is left of a verdict whose model is refused: the model as it was given explains the
-    /// recordings, or nothing does.
-    fn verdict_without(&self, refused: Verdict) -> Verdict {
-        let explains = self.found.nominal.reduced() < self.decision.explained * self.floor();
-        if explains && refused != Verdict::Unexplained {
-            Verdict::NoMismatch
-        } else {
-            Verdict::Unexplained
-        }
+    /// held-out recordings, or nothing does.
+    fn verdict_without(&self, refused: &Proved) -> Verdict {
+        let explains = |f: &ChannelFit| (f.rmse_before / f.noise).powi(2) < self.decision.explained;
+        let all = refused.fit.held_out.values().all(explains);
+        if all { Verdict::NoMismatch } else { Verdict::Unexplained }
     }
 
     /// Whether any parameter moves by more than the rounding of its nominal value.

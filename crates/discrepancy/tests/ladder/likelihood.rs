@@ -140,7 +140,8 @@ fn evidence_is_the_integral_over_the_prior() {
     for (class, parameter, truth, sides) in
         [("cubic_stiffness", "stiffness", 0.25, 1.0), ("quadratic_drag", "coefficient", 0.02, 2.0)]
     {
-        let text = format!("[[effect]]\nclass = \"{class}\"\nchannel = \"q\"\n{parameter} = {truth}");
+        let text =
+            format!("[[effect]]\nclass = \"{class}\"\nchannel = \"q\"\n{parameter} = {truth}");
         let machine = bench.truth(&text);
         let dataset = Dataset::new(&model, &bench.record(&machine, 84, 2)).expect("a dataset");
         let problem = Problem::new(&model, &dataset).expect("a problem");
