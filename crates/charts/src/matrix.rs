@@ -96,13 +96,13 @@ mod tests {
                 description: "Found classes by true class".into(),
                 title: "Confusion".into(),
                 axes: texts(["true", "found"]),
-                rows: texts(["cogging", "end<stop"]).into(),
-                columns: texts(["cogging", "nothing"]).into(),
+                rows: texts(["one", "two<three"]).into(),
+                columns: texts(["one", "nothing"]).into(),
                 counts: vec![vec![17, 0], vec![0, 23]],
             },
             Surface::Own,
         );
-        for word in ["Confusion", "end&lt;stop", "nothing", ">17<", ">23<"] {
+        for word in ["Confusion", "two&lt;three", "nothing", ">17<", ">23<"] {
             assert!(svg.contains(word), "{word}");
         }
         // Four cells and the ground; one frame, where row and column are the same.

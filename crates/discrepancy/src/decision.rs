@@ -1,7 +1,7 @@
 //! The numbers that decide: all that is not mathematics, in one place, each with its reason.
 //!
-//! What the search finds must not hang on any of them: `experiments -- ablation` halves and
-//! doubles each on drawn cases and tabulates what changes.
+//! What the search finds must not hang on any of them. They are fields and no constants, so that a
+//! study can move them ([`crate::diagnose::Options`]).
 
 /// The numbers that decide.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -202,7 +202,11 @@ impl<'p> Search<'p> {
         (base, look, path)
     }
 
+    /// Why there is no fit: nobody waits for it, or the model diverges.
     fn diverges(&self) -> DiagnoseError {
+        if self.problem.is_cancelled() {
+            return DiagnoseError::Cancelled;
+        }
         DiagnoseError::Diverges { model: self.problem.model.name.clone() }
     }
 
