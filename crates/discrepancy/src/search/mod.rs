@@ -3,13 +3,13 @@
 //! 1. The model's parameters alone, in windows that grow as long as the model follows.
 //! 2. Every candidate is screened along the fitted trajectory ([`crate::screen`]); the best are
 //!    fitted with the differential equation itself, and the one with the most evidence stays if
-//!    it is worth its prior odds ([`crate::decision`]).
+//!    it is worth its prior odds ([`Decision`]).
 //!    Where short windows name nothing of a mismatch, longer ones are tried.
 //! 3. The same again with it, up to a few effects.
 //! 4. Each effect must be missed when it is taken away, and must beat what else could stand in
 //!    its place.
 //! 5. Folds of the recordings that are left out must not speak against it, nor against what it
-//!    says beyond a simpler law ([`folds`]). Recordings that are held out for proof are not known
+//!    says beyond a simpler law (`folds`). Recordings that are held out for proof are not known
 //!    here.
 //! 6. A free curve over one variable that beats all that the catalogue offers is an unknown
 //!    function, unless one or two laws together follow it as well.
