@@ -1,7 +1,7 @@
 //! From the search to the diagnosis: verdict, calibration, the ladder.
 
 use super::Outcome;
-use super::proof::{Proved, Proving, Says};
+use super::proof::{Proved, Proving};
 use crate::dataset::{Dataset, Observed};
 use crate::decision::Decision;
 use crate::diagnosis::{
@@ -100,10 +100,10 @@ impl<'a> Ladder<'a> {
     /// What is to be handed back after this verdict, and what the held-out recordings say of it.
     fn proved(&self, verdict: Verdict) -> (Handed, Proved) {
         if self.handed(verdict) == Handed::Given {
-            return (Handed::Given, self.proving().prove(self.given().as_says()));
+            return (Handed::Given, self.proving().prove(None));
         }
         let h = &self.found.chosen.hypothesis;
-        (Handed::Chosen, self.proving().prove((&h.parameters, &h.effects)))
+        (Handed::Chosen, self.proving().prove(Some((&h.parameters, &h.effects))))
     }
 
     /// A model is changed by what is more likely right than wrong. Where the chosen one leaves most
@@ -121,12 +121,8 @@ impl<'a> Ladder<'a> {
 
     /// The proof of the model as it was given, in place of one that failed; its outcome is kept.
     fn proved_as_given(&self, failed: Proved) -> Proved {
-        let given = self.proving().prove(self.given().as_says());
+        let given = self.proving().prove(None);
         Proved { outcome: failed.outcome, ..given }
-    }
-
-    fn given(&self) -> Given {
-        Given(self.problem.model.values(), self.problem.model.effects.clone())
     }
 
     fn notes(&self, verdict: Verdict) -> Vec<String> {
@@ -240,15 +236,6 @@ impl<'a> Ladder<'a> {
                 .collect(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         }
-    }
-}
-
-/// The model as it was given.
-struct Given(Vec<f64>, Vec<ModelEffect>);
-
-impl Given {
-    fn as_says(&self) -> Says<'_> {
-        (&self.0, &self.1)
     }
 }
 

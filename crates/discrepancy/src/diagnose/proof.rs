@@ -44,20 +44,22 @@ pub(super) struct Proved {
 }
 
 /// Predictions of one recording, over windows and running free.
+#[derive(Clone)]
 struct Runs {
     windows: Prediction,
     free: Prediction,
 }
 
 impl Proving<'_> {
-    /// The model as it was against `after`.
-    pub(super) fn prove(&self, after: Says) -> Proved {
+    /// The model as it was against `after`, or against itself where it is handed back unchanged.
+    pub(super) fn prove(&self, after: Option<Says>) -> Proved {
         let horizon = duration(self.held_out) / WINDOWS;
         let values = self.model.values();
         let before = (&values[..], &self.model.effects[..]);
-        let runs = |data| {
-            let runs = |says| self.runs(data, horizon, says);
-            runs(before).into_iter().zip(runs(after)).collect::<Vec<_>>()
+        let runs = |data| -> Vec<(Runs, Runs)> {
+            let before = self.runs(data, horizon, before);
+            let after = after.map_or_else(|| before.clone(), |says| self.runs(data, horizon, says));
+            before.into_iter().zip(after).collect()
         };
         let (held, train) = (runs(self.held_out), runs(self.training));
         let fit = Fit {
@@ -91,10 +93,7 @@ impl Proving<'_> {
             for range in windows(&o.times, horizon) {
                 let mut change = 0.0;
                 for (k, weight) in weights.iter().enumerate() {
-                    let of = |p: &Prediction| {
-                        let here = Prediction { counted: range.clone(), ..p.clone() };
-                        here.squares(o, k)
-                    };
+                    let of = |p: &Prediction| p.squares_in(o, k, range.clone());
                     let ((b, count), (a, _)) = (of(&before.windows), of(&after.windows));
                     samples += count;
                     // Where both diverge neither is better.
@@ -130,7 +129,7 @@ fn channel_fits(
     runs: &[(Runs, Runs)],
     horizon: f64,
 ) -> BTreeMap<String, ChannelFit> {
-    let pooled = |k: usize, of: &dyn Fn(&(Runs, Runs)) -> Prediction| {
+    let pooled = |k: usize, of: fn(&(Runs, Runs)) -> &Prediction| {
         let (sum, n) = data
             .recordings
             .iter()
@@ -147,12 +146,12 @@ fn channel_fits(
         .map(|(k, output)| {
             let fit = ChannelFit {
                 unit: output.unit.clone(),
-                rmse_before: pooled(k, &|r| r.0.windows.clone()),
-                rmse_after: pooled(k, &|r| r.1.windows.clone()),
+                rmse_before: pooled(k, |r| &r.0.windows),
+                rmse_after: pooled(k, |r| &r.1.windows),
                 noise: data.noise[k].sd,
                 horizon_s: horizon,
-                free_run_before: pooled(k, &|r| r.0.free.clone()),
-                free_run_after: pooled(k, &|r| r.1.free.clone()),
+                free_run_before: pooled(k, |r| &r.0.free),
+                free_run_after: pooled(k, |r| &r.1.free),
             };
             (output.name.clone(), fit)
         })

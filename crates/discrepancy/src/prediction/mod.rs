@@ -41,8 +41,19 @@ impl Prediction {
     /// Sum of squares of measured minus predicted, and the number of samples.
     #[must_use]
     pub fn squares(&self, observed: &Observed, output: usize) -> (f64, usize) {
-        let measured = &observed.outputs[output][self.counted.clone()];
-        let predicted = &self.outputs[output][self.counted.clone()];
+        self.squares_in(observed, output, self.counted.clone())
+    }
+
+    /// The same over some samples.
+    #[must_use]
+    pub fn squares_in(
+        &self,
+        observed: &Observed,
+        output: usize,
+        range: Range<usize>,
+    ) -> (f64, usize) {
+        let measured = &observed.outputs[output][range.clone()];
+        let predicted = &self.outputs[output][range];
         let pairs = measured.iter().zip(predicted).filter(|(y, _)| y.is_finite());
         pairs.fold((0.0, 0), |(sum, n), (y, p)| {
             let e = y - p;
