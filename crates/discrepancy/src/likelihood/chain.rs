@@ -1,25 +1,22 @@
 //! A hypothesis on one recording, stepped from sample to sample in any kind of number.
 
 use super::end::Diverged;
+use super::filter::Filter;
+use super::sweep::Run;
 use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_numbers::Number;
 use lacuna_plants::Hold;
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Measured, SeriesEffect, System};
-
-/// A value beyond this is divergence, not motion.
-const DIVERGED: f64 = 1e12;
+use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, System};
 
 /// A hypothesis on one recording in one kind of number.
 pub(super) struct Chain<'p, T: Number> {
-    pub(super) problem: &'p Problem<'p>,
-    pub(super) observed: &'p Observed,
+    pub(super) run: &'p Run<'p>,
     pub(super) system: System<T>,
     pub(super) bound: Bound<T>,
     pub(super) inputs: Inputs<T>,
     pub(super) sensors: Vec<SeriesEffect<T>>,
-    pub(super) substeps: usize,
 }
 
 /// The effective inputs, row-major.
@@ -32,49 +29,60 @@ pub(super) enum Inputs<T> {
 
 impl<T: Number> Chain<'_, T> {
     /// Outputs over a window from a whole state, which is left at the window's end (of the
-    /// sample after it where there is one).
+    /// sample after it where there is one). A filter corrects the state at each sample.
     ///
     /// # Errors
     /// [`Diverged`].
     pub(super) fn window(
         &self,
         w: &Window,
+        filter: Option<&Filter>,
         state: &mut [T],
         mut visit: impl FnMut(&[T]),
     ) -> Result<Vec<Vec<T>>, Diverged> {
+        let (problem, observed) = (self.run.problem, self.run.observed());
         let mut workspace = self.system.workspace();
-        let count = self.problem.dataset.outputs.len();
+        let count = problem.dataset.outputs.len();
         let mut out = vec![Vec::with_capacity(w.range.len()); count];
         let mut y = vec![T::constant(0.0); count];
-        let times = &self.observed.times;
+        let mut innovations = vec![T::constant(0.0); count];
+        let times = &observed.times;
         let (mut here, mut next) = (self.input(w.range.start), self.input(w.range.start));
-        for k in w.range.clone() {
-            visit(state);
+        for (at, k) in w.range.clone().enumerate() {
             self.input_at(k, &mut here);
-            self.problem.observation.evaluate(&self.bound, times[k], state, &here, &mut y);
+            problem.observation.evaluate(&self.bound, times[k], state, &here, &mut y);
             for (series, value) in out.iter_mut().zip(&y) {
                 series.push(*value);
             }
+            if let Some(filter) = filter {
+                for (o, innovation) in innovations.iter_mut().enumerate() {
+                    *innovation = T::constant(0.0);
+                    if filter.measured(at, o) {
+                        let of = &problem.dataset.outputs[o].of;
+                        let seen = sensed_last(&self.sensors, *of, &times[w.range.clone()], &out[o]);
+                        *innovation = (-seen + observed.outputs[o][k]) * problem.weights[o];
+                    }
+                }
+                filter.correct(at, &innovations, state);
+            }
+            visit(state);
             if k + 1 == times.len() {
                 break;
             }
-            match self.problem.model.hold {
+            match problem.model.hold {
                 Hold::ZeroOrder => next.copy_from_slice(&here),
                 Hold::Linear => self.input_at(k + 1, &mut next),
             }
             let span = (times[k], times[k + 1]);
-            self.system.advance(&mut workspace, span, (&here, &next), self.substeps, state);
-            let diverged = |x: &T| x.value().is_nan() || x.value().abs() > DIVERGED;
-            if state.iter().any(diverged) {
-                return Err(Diverged { recording: self.observed.name.clone(), time: times[k + 1] });
-            }
+            self.system.advance(&mut workspace, span, (&here, &next), self.run.substeps, state);
+            self.run.check(k + 1, state)?;
         }
         self.sense(&times[w.range.clone()], &mut out);
         Ok(out)
     }
 
     fn input(&self, k: usize) -> Vec<T> {
-        let mut u = vec![T::constant(0.0); self.problem.model.inputs.len()];
+        let mut u = vec![T::constant(0.0); self.run.problem.model.inputs.len()];
         self.input_at(k, &mut u);
         u
     }
@@ -91,11 +99,79 @@ impl<T: Number> Chain<'_, T> {
 
     /// What the sensors make of the outputs.
     fn sense(&self, times: &[f64], out: &mut [Vec<T>]) {
-        for (series, output) in out.iter_mut().zip(&self.problem.dataset.outputs) {
+        for (series, output) in out.iter_mut().zip(&self.run.problem.dataset.outputs) {
             let Measured::State(state) = output.of else { continue };
             for sensor in self.sensors.iter().filter(|s| s.channel == state) {
                 *series = sensor.applied(times, series);
             }
         }
+    }
+}
+
+/// Samples that a sensor remembers: more than the longest delay that is believed.
+const REMEMBERED: usize = 64;
+
+/// What the sensors of an output make of the last value of its series.
+fn sensed_last<T: Number>(
+    sensors: &[SeriesEffect<T>],
+    of: Measured,
+    times: &[f64],
+    series: &[T],
+) -> T {
+    let last = series[series.len() - 1];
+    let Measured::State(state) = of else { return last };
+    let mut own = sensors.iter().filter(|s| s.channel == state).peekable();
+    if own.peek().is_none() {
+        return last;
+    }
+    let from = series.len().saturating_sub(REMEMBERED);
+    let mut tail = series[from..].to_vec();
+    for sensor in own {
+        tail = sensor.applied(&times[from..series.len()], &tail);
+    }
+    tail[tail.len() - 1]
+}
+
+/// What the sensors of a recording see of outputs that come sample by sample.
+pub(super) struct Sensing<'p> {
+    problem: &'p Problem<'p>,
+    observed: &'p Observed,
+    sensors: Vec<SeriesEffect>,
+    begin: usize,
+    times: &'p [f64],
+    series: Vec<Vec<f64>>,
+    innovations: Vec<f64>,
+}
+
+impl<'p> Sensing<'p> {
+    pub(super) fn new(
+        problem: &'p Problem<'p>,
+        observed: &'p Observed,
+        effects: &[ModelEffect],
+        w: &Window,
+    ) -> Self {
+        let count = problem.dataset.outputs.len();
+        Self {
+            problem,
+            observed,
+            sensors: SeriesEffect::sensors(effects),
+            begin: w.range.start,
+            times: &observed.times[w.range.clone()],
+            series: vec![Vec::with_capacity(w.range.len()); count],
+            innovations: vec![0.0; count],
+        }
+    }
+
+    /// Innovations of sample `k`, the next one, in units of the noise; NaN where nothing was
+    /// measured.
+    pub(super) fn innovations(&mut self, k: usize, outputs: &[f64]) -> &[f64] {
+        debug_assert_eq!(self.series[0].len(), k - self.begin);
+        for (o, y) in outputs.iter().enumerate() {
+            self.series[o].push(*y);
+            let of = self.problem.dataset.outputs[o].of;
+            let seen = sensed_last(&self.sensors, of, self.times, &self.series[o]);
+            self.innovations[o] = (self.observed.outputs[o][k] - seen) * self.problem.weights[o];
+        }
+        &self.innovations
     }
 }

@@ -3,10 +3,12 @@
 //! By Laplace's method about the optimum, up to what all hypotheses in the same windows share,
 //!
 //! ```text
-//! log Z = - chi^2 / (2 T) - |(theta - theta_0) / S|^2 / 2 - sum_i log m_i - log det(1 + (H - 1) / T) / 2
+//! log Z = - chi^2 / (2 T) - log det S_z / 2 - |(theta - theta_0) / S|^2 / 2 - sum_i log m_i
+//!         - log det(1 + (H - 1) / T) / 2
 //! ```
 //!
-//! with H the precision of theta in units of its prior S, and m the mass that the normal prior
+//! with S_z the covariance of the innovations in units of the outputs' noise (1 where no noise
+//! drives the machine), H the precision of theta in units of its prior S, and m the mass that the normal prior
 //! of an entry has within its bounds (1/2 for a magnitude, which cannot be negative). T is the
 //! temperature: residuals whose mean square is s times that of the noise, and of which c samples
 //! in a row say the same, are worth one sample of the noise in T = s c. It belongs to what is
@@ -20,6 +22,28 @@ impl Fit<'_> {
     #[must_use]
     pub fn reduced(&self) -> f64 {
         self.chi2 / self.count.max(1) as f64
+    }
+
+    /// Mean square of the residual beyond what the outputs' noise alone would leave.
+    #[must_use]
+    pub fn excess(&self) -> f64 {
+        if self.noise.is_none() {
+            return self.reduced() - 1.0;
+        }
+        let quiet: f64 = self.filters.iter().flatten().map(|f| f.quiet).sum();
+        (self.chi2 - quiet) / self.count.max(1) as f64
+    }
+
+    /// How much wider innovations are than the outputs' noise: log det of their covariance.
+    #[must_use]
+    pub fn width(&self) -> f64 {
+        self.filters.iter().flatten().map(|f| f.log_determinant).sum()
+    }
+
+    /// Minus twice the log likelihood with the pull of the priors, at its optimum.
+    #[must_use]
+    pub fn misfit(&self) -> f64 {
+        self.chi2 + self.width() + self.penalty
     }
 
     /// By how much the variance of the noise must be larger for the residual to be noise.
@@ -49,7 +73,8 @@ impl Fit<'_> {
     #[must_use]
     pub fn log_evidence(&self, temperature: f64) -> f64 {
         let occam = self.precision.log_determinant(temperature);
-        -0.5 * (self.chi2 / temperature + self.penalty + occam) - self.hypothesis.log_prior_mass()
+        -0.5 * (self.chi2 / temperature + self.width() + self.penalty + occam)
+            - self.hypothesis.log_prior_mass()
     }
 
     /// Nats by which this fit is ahead of another in the same windows, both judged by what this
@@ -65,7 +90,6 @@ impl Fit<'_> {
 /// best; 1 where there is none.
 #[must_use]
 pub fn common_temperature<'a, 'p: 'a>(fits: impl Iterator<Item = &'a Fit<'p>>) -> f64 {
-    let misfit = |f: &Fit| f.chi2 + f.penalty;
-    let best = fits.min_by(|a, b| misfit(a).total_cmp(&misfit(b)));
+    let best = fits.min_by(|a, b| a.misfit().total_cmp(&b.misfit()));
     best.map_or(1.0, Fit::temperature)
 }

@@ -3,9 +3,9 @@
 use super::end::{End, FitError};
 use super::minimise::{Effort, Minimisation};
 use super::normal::Precision;
-use super::sweep::{self, Starts};
+use super::sweep::{Run, Starts};
 use super::windows::{Window, windows};
-use super::{Hypothesis, Problem, What};
+use super::{Filter, Hypothesis, Problem, ProcessNoise, What};
 use lacuna_effects::Law;
 use lacuna_plants::model::{ModelEffect, System};
 use nalgebra::DMatrix;
@@ -34,7 +34,12 @@ pub struct Fit<'p> {
     pub windowed: Windowed,
     /// Runge-Kutta steps a sample.
     pub substeps: usize,
-    /// Sum of squares of the residual in units of the noise.
+    /// What drives the machine beside what was recorded; nothing where there is none.
+    pub noise: Option<Arc<ProcessNoise>>,
+    /// A filter a window, recording by recording; empty where no noise drives the machine.
+    pub filters: Arc<[Vec<Filter>]>,
+    /// Sum of squares of the residual in units of the noise: of the innovations in units of their
+    /// standard deviation.
     pub chi2: f64,
     /// Pull of the priors.
     pub penalty: f64,
@@ -129,8 +134,21 @@ impl<'p> Fit<'p> {
     ) -> Result<Self, FitError> {
         let windowed = Windowed::smoothed(problem, level);
         let states = Effort { steps: 4, least: 1.0 };
-        let held = minimise(problem, hypothesis.clone().held(), windowed, states)?;
-        minimise(problem, hypothesis, held.windowed, FULL)
+        let held = minimise(problem, hypothesis.clone().held(), windowed, None, states)?;
+        minimise(problem, hypothesis, held.windowed, None, FULL)
+    }
+
+    /// Fit the same hypothesis for a machine that is driven by noise.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn driven_by(
+        &self,
+        noise: Option<Arc<ProcessNoise>>,
+        effort: Effort,
+    ) -> Result<Self, FitError> {
+        let (h, windowed) = (self.hypothesis.clone(), self.windowed.clone());
+        minimise(self.problem, h, windowed, noise, effort)
     }
 
     /// Fit another hypothesis from here, in the same windows.
@@ -143,7 +161,7 @@ impl<'p> Fit<'p> {
         for starts in &mut windowed.starts {
             starts.memory.truncate(kept);
         }
-        minimise(self.problem, h, windowed, effort)
+        minimise(self.problem, h, windowed, self.noise.clone(), effort)
     }
 
     /// Fit the same hypothesis in windows of another level.
@@ -152,7 +170,7 @@ impl<'p> Fit<'p> {
     /// [`FitError`].
     pub fn at_level(&self, level: u32, effort: Effort) -> Result<Self, FitError> {
         let windowed = self.windows_at(level)?;
-        minimise(self.problem, self.hypothesis.clone(), windowed, effort)
+        minimise(self.problem, self.hypothesis.clone(), windowed, self.noise.clone(), effort)
     }
 
     /// Windows of another level; what nothing measures begins on this fit's path.
@@ -169,7 +187,7 @@ impl<'p> Fit<'p> {
         let windowed = self.windows_at(level)?;
         let effort = Effort { steps: 3, least: 1.0 };
         let held = self.hypothesis.clone().held();
-        let fit = minimise(self.problem, held, windowed, effort)?;
+        let fit = minimise(self.problem, held, windowed, self.noise.clone(), effort)?;
         Ok(Self { hypothesis: self.hypothesis.clone(), ..fit })
     }
 
@@ -203,10 +221,9 @@ impl<'p> Fit<'p> {
         windowed: Windowed,
         effort: Effort,
     ) -> Result<Self, FitError> {
-        let (problem, substeps) = (self.problem, self.substeps);
-        let left_out = vec![];
-        Minimisation { problem, hypothesis, windowed, substeps, anchored: true, left_out }
-            .run(effort)
+        // What runs free is not corrected.
+        let minimisation = Minimisation::new(self.problem, hypothesis, windowed, self.substeps);
+        Minimisation { anchored: true, ..minimisation }.run(effort)
     }
 
     /// The same in the same windows, theta fitted as if those marked in `left_out` had not been
@@ -215,12 +232,25 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn without_windows(&self, left_out: Vec<bool>, effort: Effort) -> Result<Self, FitError> {
-        let (problem, substeps) = (self.problem, self.substeps);
         let (hypothesis, windowed) = (self.hypothesis.clone(), self.windowed.clone());
-        let moved =
-            Minimisation { problem, hypothesis, windowed, substeps, anchored: false, left_out }
-                .run(effort)?;
+        let minimisation = Minimisation::new(self.problem, hypothesis, windowed, self.substeps);
+        let noise = self.noise.clone();
+        let moved = Minimisation { left_out, noise, ..minimisation }.run(effort)?;
         moved.refit(moved.hypothesis.clone().held(), Effort { steps: 3, least: 0.3 })
+    }
+
+    /// A run through the windows of each recording.
+    pub(crate) fn runs(&self) -> Vec<Run<'_>> {
+        let Windowed { windows, starts, .. } = &self.windowed;
+        let run = |r: usize| Run {
+            problem: self.problem,
+            hypothesis: &self.hypothesis,
+            windows: &windows[r],
+            starts: &starts[r],
+            filters: self.filters.get(r).map_or(&[], Vec::as_slice),
+            substeps: self.substeps,
+        };
+        (0..windows.len()).map(run).collect()
     }
 
     /// The whole state at every sample of each recording.
@@ -228,11 +258,7 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError::Diverged`].
     pub fn paths(&self) -> Result<Vec<Vec<f64>>, FitError> {
-        let Windowed { windows, starts, .. } = &self.windowed;
-        let one = |(w, s): (&Vec<Window>, &Starts)| {
-            sweep::trajectory(self.problem, &self.hypothesis, w, s, self.substeps)
-        };
-        let paths: Result<Vec<_>, _> = windows.par_iter().zip(starts).map(one).collect();
+        let paths: Result<Vec<_>, _> = self.runs().par_iter().map(Run::trajectory).collect();
         Ok(paths?)
     }
 
@@ -322,10 +348,11 @@ fn minimise<'p>(
     problem: &'p Problem<'p>,
     hypothesis: Hypothesis,
     windowed: Windowed,
+    noise: Option<Arc<ProcessNoise>>,
     effort: Effort,
 ) -> Result<Fit<'p>, FitError> {
     let substeps = problem.substeps(&hypothesis.parameters, &hypothesis.effects);
     let windowed = windowed.fitted_to(problem, &hypothesis);
-    let left_out = vec![];
-    Minimisation { problem, hypothesis, windowed, substeps, anchored: false, left_out }.run(effort)
+    let minimisation = Minimisation::new(problem, hypothesis, windowed, substeps);
+    Minimisation { noise, ..minimisation }.run(effort)
 }

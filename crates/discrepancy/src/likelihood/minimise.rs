@@ -2,11 +2,13 @@
 
 use super::end::{End, FitError};
 use super::normal::{Arrow, Block, Step};
-use super::sweep::{self, Starts};
-use super::{Fit, Hypothesis, Problem, Window, Windowed};
+use super::maps::Maps;
+use super::sweep::{self, Run, Starts};
+use super::{Filter, Fit, Hypothesis, Problem, ProcessNoise, Window, Windowed};
 use lacuna_effects::Law;
 use lacuna_plants::model::System;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// How long a minimisation goes on.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +30,10 @@ pub(super) struct Minimisation<'p> {
     pub anchored: bool,
     /// Windows that theta must not know, one mark a window; empty where it may know all.
     pub left_out: Vec<bool>,
+    /// What drives the machine beside what was recorded.
+    pub noise: Option<Arc<ProcessNoise>>,
+    /// A filter a window, recording by recording, made where the minimisation begins.
+    pub filters: Vec<Vec<Filter>>,
 }
 
 /// The windows of all recordings, linearised.
@@ -37,9 +43,22 @@ struct Linearised {
 }
 
 impl<'p> Minimisation<'p> {
+    /// Of theta and the states of all windows, no noise driving the machine.
+    pub(super) fn new(
+        problem: &'p Problem<'p>,
+        hypothesis: Hypothesis,
+        windowed: Windowed,
+        substeps: usize,
+    ) -> Self {
+        let (left_out, filters, noise) = (vec![], vec![], None);
+        let anchored = false;
+        Self { problem, hypothesis, windowed, substeps, anchored, left_out, noise, filters }
+    }
+
     /// Minimise.
     pub(super) fn run(mut self, effort: Effort) -> Result<Fit<'p>, FitError> {
         let mut theta = self.hypothesis.theta();
+        self.make_filters()?;
         let mut damping = 1e-3;
         let mut here = self.linearise()?;
         let mut end = End::OutOfSteps;
@@ -141,27 +160,50 @@ impl<'p> Minimisation<'p> {
         chi2.enumerate().filter(|(k, _)| counts(*k)).map(|(_, c)| c).sum()
     }
 
+    /// The filters along the run with which the minimisation begins.
+    fn make_filters(&mut self) -> Result<(), FitError> {
+        let Some(noise) = self.noise.clone() else { return Ok(()) };
+        let Windowed { windows, starts, .. } = &self.windowed;
+        let one = |(w, s): (&Vec<Window>, &Starts)| {
+            Ok(Maps::along(&self.piece(w, s, &[]), Some(&noise))?.filters)
+        };
+        let filters: Result<Vec<_>, FitError> =
+            windows.par_iter().zip(starts).map(one).collect();
+        self.filters = filters?;
+        Ok(())
+    }
+
+    fn piece<'s>(
+        &'s self,
+        windows: &'s [Window],
+        starts: &'s Starts,
+        filters: &'s [Filter],
+    ) -> Run<'s> {
+        let Self { problem, hypothesis, substeps, .. } = self;
+        Run { problem, hypothesis, windows, starts, filters, substeps: *substeps }
+    }
+
     /// The windows in pieces that can be run through side by side, each with its states: memory
     /// runs on from window to window, and without any a recording falls apart.
-    fn pieces(&self) -> Vec<(&[Window], Starts)> {
+    fn pieces(&self) -> Vec<(&[Window], Starts, &[Filter])> {
         const PIECES: usize = 4;
         let Windowed { windows, starts, .. } = &self.windowed;
         let mut pieces = vec![];
-        for (windows, starts) in windows.iter().zip(starts) {
+        for (r, (windows, starts)) in windows.iter().zip(starts).enumerate() {
             let length = windows.len().div_ceil(PIECES);
             let length = if starts.memory.is_empty() { length } else { windows.len() };
-            for (w, x) in windows.chunks(length).zip(starts.machine.chunks(length)) {
-                let memory = starts.memory.clone();
-                pieces.push((w, Starts { machine: x.to_vec(), memory }));
+            let filters = self.filters.get(r).map_or(&[][..], Vec::as_slice);
+            for (k, w) in windows.chunks(length).enumerate() {
+                let range = k * length..k * length + w.len();
+                let (machine, memory) = (starts.machine[range.clone()].to_vec(), starts.memory.clone());
+                pieces.push((w, Starts { machine, memory }, filters.get(range).unwrap_or(&[])));
             }
         }
         pieces
     }
 
     fn squares(&self) -> Result<f64, FitError> {
-        let one = |(w, s): &(&[Window], Starts)| {
-            sweep::squares(self.problem, &self.hypothesis, w, s, self.substeps)
-        };
+        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.piece(w, s, f).squares();
         let sums: Result<Vec<_>, _> = self.pieces().par_iter().map(one).collect();
         Ok(self.counted(sums?.into_iter().flatten()))
     }
@@ -199,7 +241,7 @@ impl<'p> Minimisation<'p> {
     }
 
     fn linearise(&self) -> Result<Linearised, FitError> {
-        let one = |(w, s): &(&[Window], Starts)| self.linearise_piece(w, s);
+        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.linearise_piece(w, s, f);
         let parts: Result<Vec<_>, FitError> = self.pieces().par_iter().map(one).collect();
         let (blocks, residuals) = parts?.into_iter().flatten().unzip();
         Ok(Linearised { blocks, residuals })
@@ -209,8 +251,9 @@ impl<'p> Minimisation<'p> {
         &self,
         windows: &[Window],
         starts: &Starts,
+        filters: &[Filter],
     ) -> Result<Vec<(Block, Vec<f64>)>, FitError> {
-        let all = sweep::linearise(self.problem, &self.hypothesis, windows, starts, self.substeps)?;
+        let all = self.piece(windows, starts, filters).linearise()?;
         let machine = self.problem.model.machine_states();
         let z = starts.memory.len();
         let (off, spread) = self.memory(starts);
@@ -236,12 +279,14 @@ impl<'p> Minimisation<'p> {
         if !(chi2 + penalty).is_finite() {
             return Err(FitError::Singular);
         }
-        let Self { problem, hypothesis, windowed, substeps, .. } = self;
+        let Self { problem, hypothesis, windowed, substeps, noise, filters, .. } = self;
         let fit = Fit {
             problem,
             hypothesis,
             windowed,
             substeps,
+            noise,
+            filters: filters.into(),
             chi2,
             penalty,
             count,

@@ -21,24 +21,34 @@
 //! | derivatives of the outputs | [`sweep`] (dual numbers through the Runge-Kutta steps) |
 //! | normal equations without the states | [`normal::Arrow`] |
 //! | x_w, theta at the optimum, H | [`Fit`] |
+//! | what drives the machine, sigma_u, sigma_w | [`ProcessNoise`], [`intensity`] |
+//! | innovations z, gains G, covariance P | [`Filter`] |
+//! | A_k, B_k, C_k along a run | [`maps::Maps`] |
 //! | log Z, temperature T | [`Fit::log_evidence`], [`Fit::temperature`] |
 //! | how a fit ended, or why there is none | [`End`], [`FitError`] |
 
 mod chain;
+mod covariance;
 mod end;
 pub mod evidence;
+mod filter;
 mod fit;
 mod hidden;
 mod hypothesis;
+pub mod intensity;
+pub mod maps;
 mod minimise;
 pub mod normal;
 mod problem;
+mod process_noise;
 pub mod sweep;
 pub mod windows;
 
 pub use end::{Diverged, End, FitError};
+pub use filter::Filter;
 pub use fit::{FULL, Fit, QUICK, STILL, Windowed};
 pub use hypothesis::{Free, Hypothesis, What};
 pub use minimise::Effort;
 pub use problem::Problem;
+pub use process_noise::ProcessNoise;
 pub use windows::Window;

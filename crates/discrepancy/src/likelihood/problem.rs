@@ -145,6 +145,18 @@ impl<'a> Problem<'a> {
         self.inputs[input].input.1
     }
 
+    /// Standard deviation of the commands to an actuator.
+    #[must_use]
+    pub fn input_deviation(&self, input: usize) -> f64 {
+        self.inputs[input].input.0
+    }
+
+    /// Magnitude of the force that moves a channel.
+    #[must_use]
+    pub fn force_scale(&self, channel: usize) -> f64 {
+        self.channels[channel].force
+    }
+
     /// Runge-Kutta steps a sample that a model needs.
     #[must_use]
     pub fn substeps(&self, parameters: &[f64], effects: &[ModelEffect]) -> usize {

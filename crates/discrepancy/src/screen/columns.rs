@@ -51,8 +51,9 @@ impl Screen<'_> {
         let outputs = self.problem.dataset.outputs.len();
         let mut out = vec![vec![0.0; range.len()]; outputs];
         let drives: Vec<_> = drives.iter().map(|(d, s, sign)| (*d, s.as_slice(), *sign)).collect();
-        along.maps.propagate(range, self.problem.model.channels(), &drives, &mut out);
-        self.rows(local, &out)
+        let filter = along.maps.filters.get(local.number);
+        along.maps.propagate(range, filter, &drives, &mut out);
+        self.rows(along, local, &out)
     }
 
     /// Weighted change of the measured samples of a window per unit of a sensor's parameter.
@@ -74,15 +75,22 @@ impl Screen<'_> {
         let is = |o: &crate::Output| matches!(o.of, Measured::State(i) if i == state);
         let zero = || vec![0.0; range.len()];
         let outputs = &self.problem.dataset.outputs;
-        let out: Vec<Vec<f64>> =
+        let mut out: Vec<Vec<f64>> =
             outputs.iter().map(|o| if is(o) { change.clone() } else { zero() }).collect();
-        self.rows(local, &out)
+        if let Some(filter) = along.maps.filters.get(local.number) {
+            along.maps.propagate(range, Some(filter), &[], &mut out);
+        }
+        self.rows(along, local, &out)
     }
 
     /// The measured samples of a window, weighted, output by output.
-    fn rows(&self, local: &Local, out: &[Vec<f64>]) -> Vec<f64> {
-        let mut rows = Vec::with_capacity(local.columns.residual.len());
-        sweep::scan(self.problem, &local.window, out, |_, d, weight| rows.push(d * weight));
+    fn rows(&self, along: &Along, local: &Local, out: &[Vec<f64>]) -> Vec<f64> {
+        let (w, mut rows) = (&local.window, Vec::with_capacity(local.columns.residual.len()));
+        sweep::scan(self.problem, w, out, |_, d, weight| rows.push(d * weight));
+        if let Some(filter) = along.maps.filters.get(local.number) {
+            let observed = &self.problem.dataset.recordings[w.recording];
+            filter.whiten(observed, w, std::iter::once(&mut rows));
+        }
         rows
     }
 }

@@ -1,8 +1,9 @@
 //! One recording, and each of its windows, as a linear system.
 
-use super::Maps;
+use crate::likelihood::maps::Maps;
 use crate::likelihood::normal::Block;
-use crate::likelihood::{Fit, FitError, Window, sweep};
+use crate::likelihood::sweep::{self, Run};
+use crate::likelihood::{Fit, FitError, Window};
 use crate::trajectories::SmoothedRecording;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -16,6 +17,8 @@ pub(super) struct Along {
 /// One window's linear system.
 pub(super) struct Local {
     pub(super) window: Window,
+    /// Its number in the recording.
+    pub(super) number: usize,
     /// Measured samples of each output, as rows.
     pub(super) columns: sweep::Columns,
     pub(super) states: usize,
@@ -26,13 +29,14 @@ pub(super) struct Local {
     pub(super) rest: DVector<f64>,
 }
 
-/// Linearise one recording of a fit along `path`.
-pub(super) fn along(fit: &Fit, r: usize, path: &[f64]) -> Result<Along, FitError> {
+/// Linearise one recording of a fit.
+pub(super) fn along(fit: &Fit, r: usize, run: &Run) -> Result<Along, FitError> {
     let problem = fit.problem;
-    let motion = problem.motion(&fit.hypothesis, r, path);
-    let windowed = &fit.windowed;
-    let (windows, starts) = (&windowed.windows[r], &windowed.starts[r]);
-    let all = sweep::linearise(problem, &fit.hypothesis, windows, starts, fit.substeps)?;
+    let maps = Maps::along(run, fit.noise.as_deref())?;
+    let motion = problem.motion(&fit.hypothesis, r, &maps.path);
+    let Run { windows, starts, .. } = *run;
+    // What is seen through the filters of this very run.
+    let all = Run { filters: &maps.filters, ..*run }.linearise()?;
     let machine = problem.model.machine_states();
     let memory = starts.memory.len();
     let local = |(k, (columns, window)): (usize, (sweep::Columns, &Window))| {
@@ -41,11 +45,11 @@ pub(super) fn along(fit: &Fit, r: usize, path: &[f64]) -> Result<Along, FitError
         let factor = block.eliminable()?;
         let (cross, rest) = (factor.solve(&block.cross), factor.solve(&block.state_gradient));
         let window = window.clone();
-        Ok(Local { window, columns, states, unused, factor, cross, rest })
+        Ok(Local { window, number: k, columns, states, unused, factor, cross, rest })
     };
     let all = all.into_iter().zip(windows).enumerate();
     let windows: Result<Vec<Local>, FitError> = all.map(local).collect();
-    Ok(Along { motion, maps: Maps::new(fit, r, path), windows: windows? })
+    Ok(Along { motion, maps, windows: windows? })
 }
 
 /// Sum of products, in eight sums side by side: one after the other each would wait for the last.

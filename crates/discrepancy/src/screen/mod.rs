@@ -8,7 +8,7 @@
 //! ```
 //!
 //! is the occupation functional of the basis with the Green's function G of the linearised
-//! equations as its test function ([`Maps`]). The residual is regressed on Gamma, on the
+//! equations as its test function ([`crate::likelihood::maps`]). The residual is regressed on Gamma, on the
 //! derivatives by theta and on those by every window's states; the latter are eliminated, and
 //! the evidence of the amplitudes `a ~ N(0, S^2)` follows in closed form:
 //!
@@ -19,14 +19,13 @@
 mod columns;
 mod curves;
 mod local;
-mod maps;
 
 use crate::candidates::{Candidate, Term};
+use crate::likelihood::maps::Drive;
 use crate::likelihood::{Fit, FitError, Problem};
 pub use curves::Over;
 use lacuna_effects::{Law, Prior};
 use local::{Along, along, dot, dots};
-pub use maps::{Drive, Maps};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -68,9 +67,9 @@ impl<'p> Screen<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn new(fit: &'p Fit<'p>) -> Result<Self, FitError> {
-        let (problem, paths) = (fit.problem, fit.paths()?);
+        let (problem, runs) = (fit.problem, fit.runs());
         let recordings: Result<Vec<Along>, FitError> =
-            (0..paths.len()).map(|r| along(fit, r, &paths[r])).collect();
+            runs.par_iter().enumerate().map(|(r, run)| along(fit, r, run)).collect();
         let recordings = recordings?;
         let free = &fit.hypothesis.free;
         let p = free.len();

@@ -64,7 +64,7 @@ pub fn grow<'p>(base: &Fit<'p>, mut fit: Fit<'p>) -> Result<Fit<'p>, FitError> {
 #[must_use]
 pub fn polish(fit: Fit) -> Fit {
     match fit.refit(fit.hypothesis.clone(), FULL) {
-        Ok(better) if better.chi2 + better.penalty <= fit.chi2 + fit.penalty => better,
+        Ok(better) if better.misfit() <= fit.misfit() => better,
         _ => fit,
     }
 }

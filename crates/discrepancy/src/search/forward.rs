@@ -58,13 +58,18 @@ impl<'p> Search<'p> {
         self.add_variants(&mut tried);
         rank(&mut tried);
         let best = tried.first()?;
-        let gained = best.fit.gain_over(base);
         let share = if further { decision.further_share } else { decision.share };
-        if gained < decision.prior_odds || !settles(decision, base, &best.fit, share) {
+        if !settles(decision, base, &best.fit, share) {
             return None;
         }
         let left = best.fit.reduced() > decision.explained;
         if further && left && !beats_remainder(best, look) {
+            return None;
+        }
+        // What the best leaves to noise is what all are judged by.
+        let (base, tried) = self.quieter(base, tried)?;
+        let gained = tried.first()?.fit.gain_over(&base);
+        if gained < decision.prior_odds {
             return None;
         }
         let rivals = self.lengthened(tried, gained);
@@ -212,8 +217,9 @@ pub(super) fn rank(tried: &mut [Tried]) -> f64 {
 /// What changes predictions by less than a twentieth of the noise settles nothing, however many
 /// samples make it significant: integrators, clocks and rounding do as much.
 pub(super) fn settles(decision: &Decision, before: &Fit, after: &Fit, share: f64) -> bool {
-    let (excess, drop) = ((before.reduced() - 1.0).max(0.0), before.reduced() - after.reduced());
-    drop > decision.relevant && (after.reduced() < decision.noise || drop > share * excess)
+    let (excess, left) = (before.excess().max(0.0), after.excess());
+    let drop = before.excess() - left;
+    drop > decision.relevant && (left < decision.noise - 1.0 || drop > share * excess)
 }
 
 /// Whether a further effect says more than a learned remainder does. Where even with it the

@@ -15,6 +15,7 @@
 //!    function, unless one or two laws together follow it as well.
 
 pub mod chain;
+mod driven;
 mod folds;
 mod forward;
 mod prune;
@@ -142,6 +143,12 @@ impl<'p> Search<'p> {
     fn search(&self) -> Result<Searched<'p>, DiagnoseError> {
         self.watch.tell("fitting the model's own parameters");
         let (calibrated, floor) = self.calibrated()?;
+        let exact = self.search_from(calibrated, floor);
+        Ok(self.search_driven(exact))
+    }
+
+    /// The effects beside a calibrated model that folds do not speak against.
+    fn search_from(&self, calibrated: Fit<'p>, floor: f64) -> Searched<'p> {
         let look = self.look(&calibrated);
         let best = look.shortlist.iter().chain(&look.curves).map(|s| s.gain);
         let promise = best.fold(0.0, f64::max) * calibrated.inflation() / calibrated.temperature();
@@ -153,7 +160,7 @@ impl<'p> Search<'p> {
         }
         self.watch.tell("leaving recordings out");
         let path = self.select(&calibrated, self.prune(path));
-        Ok(Searched { calibrated, path, floor, promise })
+        Searched { calibrated, path, floor, promise }
     }
 
     /// The fits that a diagnosis compares, each at its best.
@@ -233,13 +240,15 @@ impl<'p> Search<'p> {
     fn like<'f>(&self, fit: &Fit<'f>, own: &Fit<'f>) -> Option<Fit<'f>> {
         let from_chosen = fit.refit(own.hypothesis.clone(), FULL);
         let level = fit.windowed.level;
-        let from_own = if own.windowed.level == level {
-            own.refit(own.hypothesis.clone(), FULL)
-        } else {
-            own.at_level(level, FULL)
-        };
+        let from_own = own.driven_by(fit.noise.clone(), STILL).and_then(|own| {
+            if own.windowed.level == level {
+                own.refit(own.hypothesis.clone(), FULL)
+            } else {
+                own.at_level(level, FULL)
+            }
+        });
         match (from_chosen, from_own) {
-            (Ok(a), Ok(b)) => Some(if a.chi2 <= b.chi2 { a } else { b }),
+            (Ok(a), Ok(b)) => Some(if a.misfit() <= b.misfit() { a } else { b }),
             (a, b) => a.or(b).ok(),
         }
     }

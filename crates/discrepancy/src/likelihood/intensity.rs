@@ -1,0 +1,170 @@
+//! How large the noise is that drives the machine: the intensities that make the innovations along
+//! a fit most likely.
+//!
+//! The fit's own run is the trajectory that is linearised about. Let it have been corrected by
+//! G z; a filter of other intensities then knows of the deviation delta from it
+//!
+//! ```text
+//! z'_k = W'_k (nu_k - C_k delta_k),    delta_{k+1} = A_k (delta_k + G'_k z'_k - G_k z_k)
+//! ```
+//!
+//! so that nothing is simulated again.
+
+use super::covariance::Covariance;
+use super::maps::Maps;
+use super::sweep::Run;
+use super::{Filter, Fit, FitError, Problem, ProcessNoise, Window};
+use rayon::prelude::*;
+
+/// Samples along which intensities are sought: the error of a variance from so many is 2 %.
+const ENOUGH: usize = 4_000;
+/// Intensities that are tried, as shares of the channel's own magnitude, by this factor.
+const LEAST: f64 = 1e-4;
+const MOST: f64 = 10.0;
+const FACTOR: f64 = 4.0;
+/// Refinements of the best of them.
+const REFINEMENTS: usize = 4;
+
+/// The most likely intensities along a fit, and by how many nats they are ahead of none. A source
+/// of noise must gain `worth` nats beside the others.
+///
+/// # Errors
+/// [`FitError::Diverged`].
+pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitError> {
+    let problem = fit.problem;
+    let none = ProcessNoise::none(problem.model);
+    let noise = fit.noise.as_deref().unwrap_or(&none);
+    let maps = |run: &Run| Maps::along(run, Some(noise));
+    let all: Result<Vec<Maps>, _> = fit.runs().par_iter().map(maps).collect();
+    let all = all?;
+    let along = Along::new(problem, fit, &all);
+    let sources = none.inputs.len() + none.forces.len();
+    let begin = along.log_likelihood(&none);
+    let (mut best, mut here) = (begin, none);
+    let mut used: Vec<usize> = vec![];
+    while used.len() < sources {
+        let tried = (0..sources).filter(|s| !used.contains(s)).map(|s| (along.best_of(&here, s), s));
+        let Some(((gained, noise), source)) = tried.max_by(|a, b| a.0.0.total_cmp(&b.0.0)) else {
+            break;
+        };
+        if gained < best + worth {
+            break;
+        }
+        (best, here) = (gained, noise);
+        used.push(source);
+        // Those before it have shared its work.
+        for &source in used.iter().rev().skip(1) {
+            let (gained, noise) = along.best_of(&here, source);
+            if gained > best {
+                (best, here) = (gained, noise);
+            }
+        }
+    }
+    Ok((here, best - begin))
+}
+
+/// Some windows of a fit, linearised.
+struct Along<'a> {
+    problem: &'a Problem<'a>,
+    windows: Vec<(&'a Window, &'a Maps, &'a Filter, Vec<f64>)>,
+}
+
+impl<'a> Along<'a> {
+    fn new(problem: &'a Problem<'a>, fit: &'a Fit, maps: &'a [Maps]) -> Self {
+        let all: Vec<_> = (fit.windowed.windows.iter().zip(maps))
+            .flat_map(|(windows, maps)| windows.iter().zip(&maps.filters).map(move |w| (w, maps)))
+            .collect();
+        let total: usize = all.iter().map(|((w, _), _)| w.range.len()).sum();
+        let every = total.div_ceil(ENOUGH).max(1);
+        let some = all.into_iter().step_by(every);
+        let windows = some.map(|((w, f), maps)| (w, maps, f, maps.all_rows(&w.range))).collect();
+        Self { problem, windows }
+    }
+
+    /// The most likely intensity of one source beside the others: the log likelihood with it, and
+    /// all of them.
+    fn best_of(&self, others: &ProcessNoise, source: usize) -> (f64, ProcessNoise) {
+        let unit = self.unit(source);
+        let with = |share: f64| {
+            let mut noise = others.clone();
+            let inputs = noise.inputs.len();
+            let value = share * unit;
+            if source < inputs {
+                noise.inputs[source] = value;
+            } else {
+                noise.forces[source - inputs] = value;
+            }
+            noise
+        };
+        let count = ((MOST / LEAST).ln() / FACTOR.ln()).ceil() as i32;
+        let shares: Vec<f64> = (0..=count).map(|k| LEAST * FACTOR.powi(k)).collect();
+        let at = |share: f64| (self.log_likelihood(&with(share)), share);
+        let coarse: Vec<(f64, f64)> = shares.into_par_iter().map(at).collect();
+        let mut best = coarse.into_iter().fold((f64::NEG_INFINITY, 0.0), larger);
+        let mut step = FACTOR.sqrt();
+        for _ in 0..REFINEMENTS {
+            best = larger(larger(best, at(best.1 * step)), at(best.1 / step));
+            step = step.sqrt();
+        }
+        (best.0, with(best.1))
+    }
+
+    /// The magnitude that an intensity is measured by.
+    fn unit(&self, source: usize) -> f64 {
+        let inputs = self.problem.model.inputs.len();
+        let unit = if source < inputs {
+            self.problem.input_deviation(source)
+        } else {
+            self.problem.force_scale(source - inputs) * self.problem.sample.sqrt()
+        };
+        if unit > 0.0 { unit } else { 1.0 }
+    }
+
+    fn log_likelihood(&self, noise: &ProcessNoise) -> f64 {
+        let sum: f64 = self.windows.par_iter().map(|w| self.of_window(w, noise)).sum();
+        if sum.is_finite() { sum } else { f64::NEG_INFINITY }
+    }
+
+    fn of_window(
+        &self,
+        (w, maps, filter, rows): &(&Window, &Maps, &Filter, Vec<f64>),
+        noise: &ProcessNoise,
+    ) -> f64 {
+        let n = maps.width;
+        let times = &self.problem.dataset.recordings[w.recording].times;
+        let mut unknown = Covariance::known(n);
+        let (mut delta, mut next, mut gain) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        let mut sum = 0.0;
+        let per_sample = rows.len() / w.range.len();
+        for (at, k) in w.range.clone().enumerate() {
+            let rows = &rows[at * per_sample..(at + 1) * per_sample];
+            let innovations = filter.innovations(at);
+            next.fill(0.0);
+            filter.correct(at, innovations, &mut next);
+            for (o, c) in rows.chunks_exact(n).enumerate().filter(|(o, _)| filter.measured(at, *o)) {
+                let seen: f64 = c.iter().zip(&delta).map(|(c, d)| c * d).sum();
+                let s = unknown.measure(c, &mut gain);
+                let z = (innovations[o] - seen) / s.sqrt();
+                delta.iter_mut().zip(&gain).for_each(|(d, g)| *d += g * z);
+                sum -= 0.5 * (z * z + s.ln());
+            }
+            // What the fit's own filter has moved is no deviation from it.
+            delta.iter_mut().zip(&next).for_each(|(d, moved)| *d -= moved);
+            if k + 1 == times.len() {
+                break;
+            }
+            let (map, stride) = (maps.step(k), maps.stride());
+            for (i, next) in next.iter_mut().enumerate() {
+                let row = &map[i * stride..i * stride + n];
+                *next = row.iter().zip(&delta).map(|(a, d)| a * d).sum();
+            }
+            std::mem::swap(&mut delta, &mut next);
+            unknown.step(map, stride, &noise.driven(n, times[k + 1] - times[k]));
+        }
+        sum
+    }
+}
+
+fn larger(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    if b.0 > a.0 { b } else { a }
+}

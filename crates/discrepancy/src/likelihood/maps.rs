@@ -1,0 +1,332 @@
+//! The equations of motion linearised along a fitted trajectory, step by step.
+//!
+//! ```text
+//! d_{k+1} = A_k d_k + B_k r_k + E_k v_k,    y_k = C_k d_k
+//! ```
+//!
+//! where r is a small force on each channel, v a small change of each input, and y what the
+//! outputs change by. The derivatives are exact: those of the Runge-Kutta step itself. Where noise
+//! drives the machine the trajectory is the filtered one, and the filter is made along with it.
+
+use super::chain::Sensing;
+use super::end::Diverged;
+use super::filter::{Filter, Making};
+use super::sweep::Run;
+use super::{ProcessNoise, Window};
+use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::Hold;
+use lacuna_plants::dynamics::Bound;
+use lacuna_plants::model::{Direction, Measured, System, Workspace};
+use std::ops::Range;
+
+/// A recording's maps from sample to sample.
+pub struct Maps {
+    /// Length of d: the machine's state and the memory of effects.
+    pub width: usize,
+    /// Columns of one map: d, forces, inputs.
+    pub(super) columns: usize,
+    /// Maps, row-major `width x columns`, one a sample.
+    pub(super) steps: Vec<f64>,
+    /// Outputs by the machine's state, row-major, one a sample; empty where all are entries of
+    /// the state.
+    slopes: Vec<f64>,
+    /// The entry of the state that each output is.
+    entries: Vec<Option<usize>>,
+    machine: usize,
+    /// One over the noise of each output.
+    weights: Vec<f64>,
+    /// The whole state at each sample, corrected by what was measured there.
+    pub path: Vec<f64>,
+    /// Inputs after the effects of the fit.
+    pub inputs: Vec<f64>,
+    /// The filter of each window; none where no noise drives the machine.
+    pub filters: Vec<Filter>,
+}
+
+/// What drives the linearised motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// A force on a channel.
+    Force(usize),
+    /// A change of an input.
+    Input(usize),
+}
+
+impl Maps {
+    /// Run through the windows of a recording, filtering where noise drives the machine, and
+    /// linearise every step. Filters that the run has are not used: new ones are made.
+    ///
+    /// # Errors
+    /// [`Diverged`].
+    pub fn along(run: &Run, noise: Option<&ProcessNoise>) -> Result<Self, Diverged> {
+        let problem = run.problem;
+        let observed = run.observed();
+        let (machine, m) = (problem.model.machine_states(), problem.model.inputs.len());
+        let width = machine + run.starts.memory.len();
+        let columns = width + problem.model.channels() + m;
+        let entry = |o: &crate::Output| if let Measured::State(i) = o.of { Some(i) } else { None };
+        let maps = Self {
+            width,
+            columns,
+            steps: vec![0.0; observed.len() * width * columns],
+            slopes: vec![],
+            entries: problem.dataset.outputs.iter().map(entry).collect(),
+            machine,
+            weights: problem.weights.clone(),
+            path: Vec::with_capacity(observed.len() * width),
+            inputs: problem.effective_inputs(&run.hypothesis.effects, observed),
+            filters: vec![],
+        };
+        let chunks = (0..columns.div_ceil(LANES)).map(|c| Chunk::new(run, c * LANES, width));
+        let mut making = Linearising { run, noise, chunks: chunks.collect(), maps };
+        let mut memory = run.starts.memory.clone();
+        for (w, x) in run.windows.iter().zip(&run.starts.machine) {
+            let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
+            making.window(w, &mut state)?;
+            memory.copy_from_slice(&state[machine..]);
+        }
+        Ok(making.maps)
+    }
+
+    /// Rows of C at a sample, in units of the noise: one of `width` an output.
+    fn rows(&self, k: usize, rows: &mut Vec<f64>) {
+        let count = self.entries.len();
+        rows.clear();
+        rows.resize(count * self.width, 0.0);
+        for (o, row) in rows.chunks_exact_mut(self.width).enumerate() {
+            match self.entries[o] {
+                Some(i) => row[i] = self.weights[o],
+                None => {
+                    let at = (k * count + o) * self.machine;
+                    let slopes = &self.slopes[at..at + self.machine];
+                    row.iter_mut().zip(slopes).for_each(|(r, c)| *r = c * self.weights[o]);
+                }
+            }
+        }
+    }
+
+    /// The map of the step that follows a sample, row-major `width x columns`.
+    pub(super) fn step(&self, k: usize) -> &[f64] {
+        let size = self.width * self.columns;
+        &self.steps[k * size..(k + 1) * size]
+    }
+
+    /// Number of its columns.
+    pub(super) fn stride(&self) -> usize {
+        self.columns
+    }
+
+    /// Rows of C of every sample of a range.
+    pub(super) fn all_rows(&self, range: &Range<usize>) -> Vec<f64> {
+        let (mut all, mut rows) = (vec![], vec![]);
+        for k in range.clone() {
+            self.rows(k, &mut rows);
+            all.extend_from_slice(&rows);
+        }
+        all
+    }
+
+    /// Add to `out` (one series an output, as long as `range`) what driving with `series`
+    /// changes, from no change at the beginning of the range; a filter corrects for what it sees
+    /// of that and of what `out` has already.
+    pub fn propagate(
+        &self,
+        range: &Range<usize>,
+        filter: Option<&Filter>,
+        drives: &[(Drive, &[f64], f64)],
+        out: &mut [Vec<f64>],
+    ) {
+        let (n, c) = (self.width, self.columns);
+        let (mut d, mut next) = (vec![0.0; n], vec![0.0; n]);
+        let mut seen = vec![0.0; out.len()];
+        let inputs = self.inputs_from();
+        let places: Vec<usize> = drives
+            .iter()
+            .map(|drive| match drive.0 {
+                Drive::Force(channel) => n + channel,
+                Drive::Input(j) => inputs + j,
+            })
+            .collect();
+        for (at, k) in range.clone().enumerate() {
+            self.observe(k, &d, at, out);
+            if let Some(filter) = filter {
+                for (o, seen) in seen.iter_mut().enumerate() {
+                    // What the outputs change by is taken away from the innovations.
+                    *seen = -self.weights[o] * out[o][at];
+                }
+                filter.correct(at, &seen, &mut d);
+            }
+            let map = self.step(k);
+            for (i, next) in next.iter_mut().enumerate() {
+                let row = &map[i * c..(i + 1) * c];
+                let own: f64 = row[..n].iter().zip(&d).map(|(a, x)| a * x).sum();
+                let driven = drives.iter().zip(&places);
+                *next = own + driven.map(|((_, s, sign), &p)| row[p] * s[k] * sign).sum::<f64>();
+            }
+            std::mem::swap(&mut d, &mut next);
+        }
+    }
+
+    /// The first column that stands for an input.
+    fn inputs_from(&self) -> usize {
+        let samples = self.path.len() / self.width;
+        self.columns - self.inputs.len() / samples
+    }
+
+    fn observe(&self, k: usize, d: &[f64], at: usize, out: &mut [Vec<f64>]) {
+        let count = out.len();
+        for (o, series) in out.iter_mut().enumerate() {
+            series[at] += match self.entries[o] {
+                Some(i) => d[i],
+                None => {
+                    let row = (k * count + o) * self.machine;
+                    let slopes = &self.slopes[row..row + self.machine];
+                    slopes.iter().zip(d).map(|(c, x)| c * x).sum()
+                }
+            };
+        }
+    }
+}
+
+/// Maps in the making.
+struct Linearising<'r> {
+    run: &'r Run<'r>,
+    noise: Option<&'r ProcessNoise>,
+    chunks: Vec<Chunk>,
+    maps: Maps,
+}
+
+/// [`LANES`] directions from `first` on.
+struct Chunk {
+    first: usize,
+    system: System<Dual>,
+    bound: Bound<Dual>,
+    workspace: Workspace<Dual>,
+    state: Vec<Dual>,
+    here: Vec<Dual>,
+    next: Vec<Dual>,
+}
+
+impl Chunk {
+    fn new(run: &Run, first: usize, width: usize) -> Self {
+        let (problem, h) = (run.problem, run.hypothesis);
+        let (model, zero) = (problem.model, Dual::constant(0.0));
+        let forces: Vec<(Direction, usize)> = (0..model.channels())
+            .map(|c| (Direction::Force(c), (width + c).wrapping_sub(first)))
+            .filter(|(_, lane)| *lane < LANES)
+            .collect();
+        let system = System::along(model, &h.parameters, &h.effects, &forces, problem.sample);
+        let numbers: Vec<Dual> = h.parameters.iter().map(|&p| Dual::constant(p)).collect();
+        Self {
+            first,
+            bound: problem.observation.bind(&numbers),
+            workspace: system.workspace(),
+            system,
+            state: vec![zero; width],
+            here: vec![zero; model.inputs.len()],
+            next: vec![zero; model.inputs.len()],
+        }
+    }
+
+    fn seed(&self, value: f64, entry: usize) -> Dual {
+        let lane = entry.wrapping_sub(self.first);
+        if lane < LANES { Dual::direction(value, lane) } else { Dual::constant(value) }
+    }
+}
+
+impl Linearising<'_> {
+    /// Run through a window from a whole state, which is left at its end.
+    fn window(&mut self, w: &Window, state: &mut [f64]) -> Result<(), Diverged> {
+        let run = self.run;
+        let (problem, observed) = (run.problem, run.observed());
+        let outputs = problem.dataset.outputs.len();
+        let m = problem.model.inputs.len();
+        let mut filter = self.noise.map(|_| Making::new(self.maps.width, outputs));
+        let mut sensing = Sensing::new(problem, observed, &run.hypothesis.effects, w);
+        let bound = problem.observation.bind(&run.hypothesis.parameters);
+        let (mut rows, mut y) = (vec![], vec![0.0; outputs]);
+        for k in w.range.clone() {
+            let u = &self.maps.inputs[k * m..(k + 1) * m];
+            problem.observation.evaluate(&bound, observed.times[k], state, u, &mut y);
+            self.slopes(k, state);
+            if let Some(filter) = &mut filter {
+                let innovations = sensing.innovations(k, &y);
+                self.maps.rows(k, &mut rows);
+                filter.measure(&rows, innovations);
+                filter.correct(state);
+            }
+            self.maps.path.extend_from_slice(state);
+            if k + 1 == observed.len() {
+                break;
+            }
+            self.step(k, state)?;
+            if let (Some(filter), Some(noise)) = (&mut filter, self.noise) {
+                let dt = observed.times[k + 1] - observed.times[k];
+                let driven = noise.driven(self.maps.width, dt);
+                filter.step(self.maps.step(k), self.maps.columns, &driven);
+            }
+        }
+        self.maps.filters.extend(filter.map(Making::done));
+        Ok(())
+    }
+
+    /// Advance the state from a sample to the next, with the derivatives of that step.
+    fn step(&mut self, k: usize, state: &mut [f64]) -> Result<(), Diverged> {
+        let (run, maps) = (self.run, &mut self.maps);
+        let (model, times) = (run.problem.model, &run.observed().times);
+        let m = model.inputs.len();
+        let inputs = maps.columns - m;
+        let size = maps.width * maps.columns;
+        let map = &mut maps.steps[k * size..(k + 1) * size];
+        let span = (times[k], times[k + 1]);
+        for chunk in &mut self.chunks {
+            for (i, x) in state.iter().enumerate() {
+                chunk.state[i] = chunk.seed(*x, i);
+            }
+            let after = match model.hold {
+                Hold::ZeroOrder => k,
+                Hold::Linear => k + 1,
+            };
+            for j in 0..m {
+                chunk.here[j] = chunk.seed(maps.inputs[k * m + j], inputs + j);
+                chunk.next[j] = chunk.seed(maps.inputs[after * m + j], inputs + j);
+            }
+            let Chunk { system, workspace, state, here, next, .. } = chunk;
+            system.advance(workspace, span, (here, next), run.substeps, state);
+            let lanes = LANES.min(maps.columns - chunk.first);
+            for (row, x) in map.chunks_exact_mut(maps.columns).zip(&chunk.state) {
+                row[chunk.first..chunk.first + lanes].copy_from_slice(&x.tangent[..lanes]);
+            }
+        }
+        for (x, moved) in state.iter_mut().zip(&self.chunks[0].state) {
+            *x = moved.value;
+        }
+        run.check(k + 1, state)
+    }
+
+    /// Derivatives of the outputs by the machine's state, where they are not entries of it.
+    fn slopes(&mut self, k: usize, state: &[f64]) {
+        let maps = &mut self.maps;
+        if maps.entries.iter().all(Option::is_some) {
+            return;
+        }
+        let (problem, count) = (self.run.problem, maps.entries.len());
+        let m = problem.model.inputs.len();
+        let u: Vec<Dual> =
+            maps.inputs[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
+        let mut y = vec![Dual::constant(0.0); count];
+        maps.slopes.resize((k + 1) * count * maps.machine, 0.0);
+        for chunk in self.chunks.iter().take_while(|c| c.first < maps.machine) {
+            let x: Vec<Dual> = state.iter().enumerate().map(|(i, x)| chunk.seed(*x, i)).collect();
+            let t = self.run.observed().times[k];
+            problem.observation.evaluate(&chunk.bound, t, &x, &u, &mut y);
+            let last = (chunk.first + LANES).min(maps.machine);
+            for (o, y) in y.iter().enumerate() {
+                let row = (k * count + o) * maps.machine;
+                for i in chunk.first..last {
+                    maps.slopes[row + i] = y.tangent[i - chunk.first];
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! What drives the machine beside what was recorded.
+//!
+//! The machine got `u_k + n_k` where `u_k` was recorded, and a random force w(t) pushed each
+//! channel:
+//!
+//! ```text
+//! n_k ~ N(0, sigma_u^2) each sample,     E w(t) w(t') = sigma_w^2 delta(t - t')
+//! ```
+
+use lacuna_plants::Model;
+
+/// How large the noise is that drives the machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProcessNoise {
+    /// Standard deviation sigma_u of each input, in its unit.
+    pub inputs: Vec<f64>,
+    /// Intensity sigma_w of the force on each channel, in its unit times the root of a second.
+    pub forces: Vec<f64>,
+}
+
+impl ProcessNoise {
+    /// None at all.
+    #[must_use]
+    pub fn none(model: &Model) -> Self {
+        Self { inputs: vec![0.0; model.inputs.len()], forces: vec![0.0; model.channels()] }
+    }
+
+    /// Whether there is none at all.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.inputs.iter().chain(&self.forces).all(|s| *s == 0.0)
+    }
+
+    /// Whether it is the same to a few hundredths, as far as a likelihood can tell.
+    #[must_use]
+    pub fn is_near(&self, other: &Self) -> bool {
+        const NEAR: f64 = 0.05;
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= NEAR * a.max(*b);
+        self.inputs.iter().zip(&other.inputs).all(near)
+            && self.forces.iter().zip(&other.forces).all(near)
+    }
+
+    /// The columns of a map of `width` states, forces and inputs that are driven over a step of
+    /// `dt`, each with its variance there.
+    pub(super) fn driven(&self, width: usize, dt: f64) -> Vec<(usize, f64)> {
+        let forces = self.forces.iter().enumerate().map(|(c, s)| (width + c, s * s / dt));
+        let inputs = width + self.forces.len();
+        let inputs = self.inputs.iter().enumerate().map(move |(j, s)| (inputs + j, s * s));
+        forces.chain(inputs).filter(|(_, q)| *q > 0.0).collect()
+    }
+}
