@@ -173,6 +173,14 @@ impl<'p> Fit<'p> {
         minimise(self.problem, self.hypothesis.clone(), windowed, self.noise.clone(), effort)
     }
 
+    /// Fit the same hypothesis in windows of another level for a machine that no noise drives.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn undriven(&self, level: u32, effort: Effort) -> Result<Self, FitError> {
+        minimise(self.problem, self.hypothesis.clone(), self.windows_at(level)?, None, effort)
+    }
+
     /// Windows of another level; what nothing measures begins on this fit's path.
     fn windows_at(&self, level: u32) -> Result<Windowed, FitError> {
         let path = if self.problem.hidden().is_empty() { vec![] } else { self.paths()? };

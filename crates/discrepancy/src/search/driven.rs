@@ -9,39 +9,34 @@
 use super::forward::{Tried, rank};
 use super::{Path, Search, Searched};
 use crate::likelihood::{FULL, Fit, FitError, QUICK, intensity};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Rounds in which intensities and parameters are fitted in turn.
 const ROUNDS: usize = 3;
 
+/// A fit with the noise that drives the machine most likely.
+pub(super) struct Quieted<'p> {
+    /// Under the noise that was last found.
+    pub fit: Fit<'p>,
+    /// Whether even that is no longer worth it: nothing drives the machine.
+    pub gone: bool,
+}
+
 impl<'p> Search<'p> {
-    /// What was found, or, where it leaves more than noise, what is found beside noise that drives
-    /// the machine.
-    pub(super) fn search_driven(&self, exact: Searched<'p>) -> Searched<'p> {
-        if exact.path.fit.reduced() < self.decision.noise {
-            return exact;
-        }
+    /// The search where the model's parameters leave more than noise: beside what drives the
+    /// machine, as long as anything does. None where nothing does from the beginning.
+    pub(super) fn search_driven(&self, exact: &Fit<'p>, floor: f64) -> Option<Searched<'p>> {
         self.watch.tell("looking for what drives the machine beside its inputs");
-        let Ok(Some(calibrated)) = self.calibrated_driven(&exact.calibrated) else { return exact };
-        let driven = self.search_from(calibrated, exact.floor);
-        let Ok(noise) = self.requieted(&driven.path.fit).map(|fit| fit.and_then(|f| f.noise)) else {
-            return exact;
-        };
-        // What was found without noise may be right nevertheless.
-        let level = driven.path.fit.windowed.level.max(exact.path.fit.windowed.level);
-        let under = |fit: &Fit<'p>| {
-            fit.at_level(level, QUICK).and_then(|f| f.driven_by(noise.clone(), FULL))
-        };
-        let (Ok(fit), found) = (under(&driven.path.fit), under(&exact.path.fit)) else {
-            return exact;
-        };
-        match found {
-            Ok(found) if found.gain_over(&fit) > self.decision.tie => {
-                let path = Path { fit: found, named: exact.path.named };
-                Searched { path: self.select(&driven.calibrated, self.prune(path)), ..driven }
-            }
-            _ => Searched { path: Path { fit, named: driven.path.named }, ..driven },
+        let calibrated = self.calibrated_driven(exact).ok()??;
+        let found = self.search_from(calibrated, floor);
+        let fit = &found.path.fit;
+        if fit.noise.is_none() {
+            return Some(found);
         }
+        let Quieted { fit, gone } = self.quieted(fit).ok()?;
+        let fit = if gone { self.lengthen(fit.undriven(self.level, FULL).ok()?) } else { fit };
+        Some(Searched { path: Path { fit, ..found.path }, ..found })
     }
 
     /// The model's parameters, with the noise that drives it; none where no noise does. What drives
@@ -49,7 +44,8 @@ impl<'p> Search<'p> {
     fn calibrated_driven(&self, exact: &Fit<'p>) -> Result<Option<Fit<'p>>, FitError> {
         let mut begun = exact.clone();
         let fit = loop {
-            if let Some(fit) = self.requieted(&begun)? {
+            let Quieted { fit, gone } = self.quieted(&begun)?;
+            if !gone {
                 break fit;
             }
             if begun.windowed.level == 0 {
@@ -57,22 +53,24 @@ impl<'p> Search<'p> {
             }
             begun = begun.at_level(begun.windowed.level - 1, QUICK)?;
         };
-        let fit = super::chain::polish(self.lengthen(fit));
-        let fit = self.requieted(&fit)?;
-        if let Some(fit) = &fit {
-            self.tell("calibrated", fit);
+        let Quieted { fit, gone } = self.quieted(&super::chain::polish(self.lengthen(fit)))?;
+        if gone {
+            return Ok(None);
         }
-        Ok(fit)
+        self.tell("calibrated", &fit);
+        Ok(Some(fit))
     }
 
-    /// A fit with the intensities that are most likely along it; none where no noise drives the
-    /// machine.
-    fn requieted<'f>(&self, fit: &Fit<'f>) -> Result<Option<Fit<'f>>, FitError> {
+    /// A fit with the intensities that are most likely along it.
+    pub(super) fn quieted<'f>(&self, fit: &Fit<'f>) -> Result<Quieted<'f>, FitError> {
         let mut fit = fit.clone();
+        if fit.noise.is_none() && fit.reduced() < self.decision.noise {
+            return Ok(Quieted { fit, gone: true });
+        }
         for _ in 0..ROUNDS {
             let (noise, gained) = intensity::most_likely(&fit, self.decision.tie)?;
             if noise.is_none() || gained < self.decision.prior_odds {
-                return Ok(None);
+                return Ok(Quieted { fit, gone: true });
             }
             self.watch.tell(&format!(
                 "noise on inputs {:.3?}, on forces {:.3?}: {gained:.0} nats",
@@ -84,32 +82,41 @@ impl<'p> Search<'p> {
                 break;
             }
         }
-        Ok(Some(fit))
+        Ok(Quieted { fit, gone: false })
     }
 
-    /// A fit and those that were tried on top of it, the best first, with the intensities that
-    /// the best of them leaves.
+    /// A fit and those that were tried on top of it, the best first, under the noise that the best
+    /// of them leaves; and whether it leaves none.
     pub(super) fn quieter(
         &self,
         base: &Fit<'p>,
         mut tried: Vec<Tried<'p>>,
-    ) -> Option<(Fit<'p>, Vec<Tried<'p>>)> {
+    ) -> Option<(Fit<'p>, Vec<Tried<'p>>, bool)> {
         if base.noise.is_none() {
-            return Some((base.clone(), tried));
+            return Some((base.clone(), tried, false));
         }
-        // Where the best leaves nothing to noise, all are judged without.
-        let noise = match self.requieted(&tried.first()?.fit) {
-            Ok(fit) => fit.and_then(|f| f.noise),
-            Err(_) => base.noise.clone(),
-        };
+        let best = self.quieted(&tried.first()?.fit);
+        let (noise, gone) = best.map_or((base.noise.clone(), false), |b| (b.fit.noise, b.gone));
         let base = base.driven_by(noise.clone(), QUICK).ok()?;
         tried.truncate(self.decision.shortlist);
-        let again = tried.into_iter().filter_map(|t| {
-            let fit = t.fit.driven_by(noise.clone(), QUICK).ok()?;
-            Some(Tried { fit, ..t })
-        });
-        let mut tried: Vec<Tried> = again.collect();
+        let mut tried = each(tried, |f| f.driven_by(noise.clone(), QUICK));
         rank(&mut tried);
-        Some((base, tried))
+        Some((base, tried, gone))
     }
+
+    /// What was tried, for a machine that nothing drives: in short windows, as long ones would carry
+    /// too far what is not yet quite right.
+    pub(super) fn undriven(&self, tried: Vec<Tried<'p>>) -> Vec<Tried<'p>> {
+        let mut tried = each(tried, |f| f.undriven(self.level, QUICK));
+        rank(&mut tried);
+        tried
+    }
+}
+
+/// All that can be fitted again.
+fn each<'p>(
+    tried: Vec<Tried<'p>>,
+    again: impl Fn(&Fit<'p>) -> Result<Fit<'p>, FitError> + Sync,
+) -> Vec<Tried<'p>> {
+    tried.into_par_iter().filter_map(|t| Some(Tried { fit: again(&t.fit).ok()?, ..t })).collect()
 }

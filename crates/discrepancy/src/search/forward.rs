@@ -67,10 +67,14 @@ impl<'p> Search<'p> {
             return None;
         }
         // What the best leaves to noise is what all are judged by.
-        let (base, tried) = self.quieter(base, tried)?;
+        let (base, mut tried, gone) = self.quieter(base, tried)?;
         let gained = tried.first()?.fit.gain_over(&base);
         if gained < decision.prior_odds {
             return None;
+        }
+        if gone {
+            tried = self.undriven(tried);
+            tried.first()?;
         }
         let rivals = self.lengthened(tried, gained);
         let temperature = rivals[0].fit.temperature();

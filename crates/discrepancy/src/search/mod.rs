@@ -143,8 +143,12 @@ impl<'p> Search<'p> {
     fn search(&self) -> Result<Searched<'p>, DiagnoseError> {
         self.watch.tell("fitting the model's own parameters");
         let (calibrated, floor) = self.calibrated()?;
-        let exact = self.search_from(calibrated, floor);
-        Ok(self.search_driven(exact))
+        if calibrated.reduced() >= self.decision.noise
+            && let Some(found) = self.search_driven(&calibrated, floor)
+        {
+            return Ok(found);
+        }
+        Ok(self.search_from(calibrated, floor))
     }
 
     /// The effects beside a calibrated model that folds do not speak against.

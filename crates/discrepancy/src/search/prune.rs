@@ -1,6 +1,7 @@
 //! Backward: each effect must be missed, and nothing may do better in its place. And the
 //! question whether the catalogue holds what is there at all.
 
+use super::driven::Quieted;
 use super::forward::{Look, rank, settles};
 use super::{MOST_EFFECTS, Named, Path, Rival, Search, candidate_of, chain};
 use crate::decision::Decision;
@@ -103,11 +104,11 @@ impl<'p> Search<'p> {
         first: Path<'p>,
     ) -> (Path<'p>, bool) {
         let noise = self.decision.noise;
-        if first.fit.reduced() < noise {
+        if first.fit.excess() < noise - 1.0 {
             return (first, false);
         }
         let Some(curve) = self.best_curve(base, look) else { return (first, false) };
-        if curve.reduced() > noise || curve.windowed.level > first.fit.windowed.level {
+        if curve.excess() > noise - 1.0 || curve.windowed.level > first.fit.windowed.level {
             return (first, false);
         }
         match self.curve_instead(base, &first, curve) {
@@ -134,9 +135,13 @@ impl<'p> Search<'p> {
         let (learned, named) = (at(&curve)?, at(&parametric.fit)?);
         let lead = learned.gain_over(&named);
         self.watch.tell(&format!("a free curve leads by {lead:.1} nats"));
-        if lead < self.decision.prior_odds
-            || !settles(&self.decision, &named, &learned, self.decision.share)
-            || !worth_a_curve(&self.decision, &named, &learned)
+        if lead < self.decision.prior_odds {
+            return None;
+        }
+        // What they leave is measured by the same noise.
+        let alike = learned.driven_by(named.noise.clone(), QUICK).ok()?;
+        if !settles(&self.decision, &named, &alike, self.decision.share)
+            || !worth_a_curve(&self.decision, &named, &alike)
         {
             return None;
         }
@@ -161,15 +166,19 @@ impl<'p> Search<'p> {
         let c = &best.term.candidate;
         let effect = super::effect_of(c, &best.amplitudes, &best.term.shape);
         let fit = self.fit_one(base, &self.shorter(base), effect).ok()?;
-        Some(self.lengthen(fit))
+        if base.noise.is_none() {
+            return Some(self.lengthen(fit));
+        }
+        let Quieted { fit, gone } = self.quieted(&fit).ok()?;
+        if gone { Some(self.lengthen(fit.undriven(self.level, QUICK).ok()?)) } else { Some(fit) }
     }
 }
 
 /// Whether a curve is worth giving up a name: it leaves nothing but noise, or little of what the
 /// name leaves. A law whose formula is not quite reality's is still the better answer.
 pub(super) fn worth_a_curve(decision: &Decision, named: &Fit, learned: &Fit) -> bool {
-    let excess = |f: &Fit| (f.reduced() - 1.0).max(0.0);
+    let excess = |f: &Fit| f.excess().max(0.0);
     named.hypothesis.supposed().is_empty()
-        || learned.reduced() < decision.explained
+        || learned.excess() < decision.explained - 1.0
         || excess(learned) < 0.5 * decision.share * excess(named)
 }

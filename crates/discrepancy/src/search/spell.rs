@@ -54,7 +54,7 @@ impl<'p> Search<'p> {
         // Where neither leaves nothing but noise, what the curve follows better need not be physics.
         let decision = &self.decision;
         let nearly =
-            path.fit.reduced() > decision.explained && !worth_a_curve(decision, &best, &path.fit);
+            path.fit.excess() > decision.explained - 1.0 && !worth_a_curve(decision, &best, &path.fit);
         if lead > 0.0 || nearly {
             self.named_instead(path, best, lead.max(decision.tie))
         } else {
