@@ -35,7 +35,7 @@ impl<'p> Search<'p> {
             return Some(found);
         }
         let Quieted { fit, gone } = self.quieted(fit).ok()?;
-        let fit = if gone { self.lengthen(fit.undriven(self.level, FULL).ok()?) } else { fit };
+        let fit = if gone { self.exactly(&fit).ok()? } else { fit };
         Some(Searched { path: Path { fit, ..found.path }, ..found })
     }
 
@@ -104,12 +104,29 @@ impl<'p> Search<'p> {
         Some((base, tried, gone))
     }
 
-    /// What was tried, for a machine that nothing drives: in short windows, as long ones would carry
-    /// too far what is not yet quite right.
-    pub(super) fn undriven(&self, tried: Vec<Tried<'p>>) -> Vec<Tried<'p>> {
-        let mut tried = each(tried, |f| f.undriven(self.level, QUICK));
+    /// What was tried, for a machine that nothing drives. What cannot win is left out.
+    pub(super) fn undriven(&self, mut tried: Vec<Tried<'p>>, gained: f64) -> Vec<Tried<'p>> {
+        let temperature = rank(&mut tried);
+        let Some(best) = tried.first() else { return tried };
+        let room = (0.5 * self.decision.share * gained).max(3.0 * self.decision.prior_odds);
+        let least = best.fit.log_evidence(temperature) - room;
+        let direct = best.fit.driven_by(None, FULL);
+        tried.retain(|t| t.fit.log_evidence(temperature) >= least);
+        let mut tried = match direct {
+            Ok(f) if f.reduced() < self.decision.noise => each(tried, |f| f.driven_by(None, FULL)),
+            // Long windows carry too far what is not yet quite right.
+            _ => each(tried, |f| f.undriven(self.level, QUICK)),
+        };
         rank(&mut tried);
         tried
+    }
+
+    /// A fit for a machine that nothing drives, in the longest windows that it follows.
+    pub(super) fn exactly(&self, fit: &Fit<'p>) -> Result<Fit<'p>, FitError> {
+        match fit.driven_by(None, FULL) {
+            Ok(f) if f.reduced() < self.decision.noise => Ok(f),
+            _ => Ok(self.lengthen(fit.undriven(self.level, FULL)?)),
+        }
     }
 }
 

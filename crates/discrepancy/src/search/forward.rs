@@ -73,7 +73,7 @@ impl<'p> Search<'p> {
             return None;
         }
         if gone {
-            tried = self.undriven(tried);
+            tried = self.undriven(tried, gained);
             tried.first()?;
         }
         let rivals = self.lengthened(tried, gained);

@@ -170,7 +170,7 @@ impl<'p> Search<'p> {
             return Some(self.lengthen(fit));
         }
         let Quieted { fit, gone } = self.quieted(&fit).ok()?;
-        if gone { Some(self.lengthen(fit.undriven(self.level, QUICK).ok()?)) } else { Some(fit) }
+        if gone { self.exactly(&fit).ok() } else { Some(fit) }
     }
 }
 
