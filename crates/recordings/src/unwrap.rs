@@ -25,15 +25,15 @@ const LONGEST_GAP: f64 = 4.0;
 const BEYOND: f64 = 0.005;
 
 /// Makes the samples of an angle continuous where they leap by whole turns of size `turn` (2 pi
-/// for rad, 360 for deg), and returns how often they did. NaN values are missing samples. Nothing
+/// for rad, 360 for deg), and returns the rows after the leaps. NaN values are missing samples. Nothing
 /// is changed unless the samples keep to the range of one turn and most steps beyond half a turn
 /// are such leaps.
 ///
 /// `time` must be as long as `values` and increase.
-pub fn unwrap_turns(time: &[f64], values: &mut [f64], turn: f64) -> usize {
+pub fn unwrap_turns(time: &[f64], values: &mut [f64], turn: f64) -> Vec<usize> {
     let rows: Vec<usize> = (0..values.len()).filter(|&row| !values[row].is_nan()).collect();
     if !within_one_turn(values, turn) {
-        return 0;
+        return vec![];
     }
     let longest = LONGEST_GAP * Sampling::of(time).step;
     let step = |pair: usize| {
@@ -59,7 +59,7 @@ pub fn unwrap_turns(time: &[f64], values: &mut [f64], turn: f64) -> usize {
     let beyond: Vec<usize> = (0..rows.len()).filter(large).collect();
     let leaps: Vec<(usize, f64)> = beyond.iter().filter_map(|&pair| leap(pair)).collect();
     if 2 * leaps.len() < beyond.len() {
-        return 0;
+        return vec![];
     }
     let (mut turns, mut next) = (0.0, leaps.iter().peekable());
     for (row, value) in values.iter_mut().enumerate() {
@@ -68,7 +68,7 @@ pub fn unwrap_turns(time: &[f64], values: &mut [f64], turn: f64) -> usize {
         }
         *value -= turns * turn;
     }
-    leaps.len()
+    leaps.into_iter().map(|leap| leap.0).collect()
 }
 
 /// Whether all but outliers lie within one turn, wherever it begins.
