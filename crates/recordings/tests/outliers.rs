@@ -80,8 +80,8 @@ fn uneven_sampling_and_dropped_rows_hide_no_glitch() {
 fn fast_motion_is_not_marked() {
     let time = times(8000);
     let period = |t: f64, every: f64| t - every * (t / every).floor();
-    type Motion = fn(f64, f64) -> f64;
-    let motions: [(&str, Motion); 8] = [
+    type OfSize = fn(f64, f64) -> f64;
+    let motions: [(&str, OfSize); 8] = [
         // A mass that bounces: the position has corners.
         ("impacts", |x, _| 4.0 * x * (0.37 - x)),
         ("corners", |x, size| size * 60.0 * (x - 0.18).abs()),
@@ -118,7 +118,8 @@ fn rounding_is_not_marked_and_lost_counts_are() {
     let (time, quantum) = (times(8000), 0.002);
     let round = |v: f64| quantum * (v / quantum).round();
     // At rest for most of the time: few levels, and differences that are zero.
-    let motions: [(&str, fn(f64) -> f64); 3] = [
+    type Motion = fn(f64) -> f64;
+    let motions: [(&str, Motion); 3] = [
         ("swings", swing),
         ("rests, moves, rests", |t| 0.05 * (t - 20.0).clamp(0.0, 0.4)),
         ("creeps", |t| 0.001 * t),
