@@ -92,3 +92,49 @@ fn check_warns_of_dropped_rows_other_sampling_and_other_units() {
     assert!(said.contains("gaps.csv: 9 % of the rows are dropped"), "{said}");
     assert_eq!(report["recordings"][1]["gaps"], 11);
 }
+
+#[test]
+fn check_tells_outliers_and_steps_of_encoders() {
+    let bench = Bench::new();
+    let run = Run::new(1);
+    let mut x: Vec<f64> = run.x.iter().map(|x| (x / 0.05).round() * 0.05).collect();
+    for row in [100, 250, 251, 420, 510] {
+        x[row] += 1.0;
+    }
+    bench.write("run.csv", &Run::csv(&[("t", &run.t), ("x", &x), ("u", &run.u)]));
+    let report = bench.json(&["check", "model.toml", "run.csv", "--json"]);
+    let outliers = &report["channels"][0]["outliers"][0];
+    assert_eq!(outliers["count"], 5, "{outliers}");
+    assert_eq!(outliers["first_s"], serde_json::json!([run.t[100], run.t[250], run.t[251]]));
+    let text = stdout(&bench.lacuna(&["check", "model.toml", "run.csv"]));
+    assert!(text.contains("x is quantised in steps of 0.05 m"), "{text}");
+    assert!(text.contains("are left out: 5 in run.csv (at 2, 5, 5.02, ... s)"), "{text}");
+    // They do not count for errors.
+    let of = |file: &str| {
+        bench.json(&["simulate", "model.toml", "--like", file, "--json"])["channels"]["x"].clone()
+    };
+    let with = of("run.csv");
+    assert_eq!(with["outliers"], 5);
+    assert!(with["rmse"].as_f64().unwrap() < 0.05, "{with}");
+}
+
+#[test]
+fn check_tells_of_wrapped_angles() {
+    let bench = Bench::new();
+    bench.write("model.toml", &MODEL.replace("unit = \"m\"", "unit = \"rad\""));
+    let run = Run::new(1);
+    let turn = std::f64::consts::TAU;
+    // The middle of the motion is where the sensor wraps.
+    let (low, high) = run.x.iter().fold((0.0f64, 0.0f64), |(a, b), x| (a.min(*x), b.max(*x)));
+    let edge = 0.5 * (low + high);
+    let x: Vec<f64> = run.x.iter().map(|x| if *x < edge { x + turn } else { *x }).collect();
+    bench.write("run.csv", &Run::csv(&[("t", &run.t), ("x", &x), ("u", &run.u)]));
+    let report = bench.json(&["check", "model.toml", "run.csv", "--json"]);
+    let channel = &report["channels"][0];
+    assert!(channel["leaps"][0]["count"].as_u64().unwrap() > 0, "{channel}");
+    let range = &channel["range"];
+    let moves = range[1].as_f64().unwrap() - range[0].as_f64().unwrap();
+    assert!((moves - (high - low)).abs() < 0.05, "{range}");
+    let text = stdout(&bench.lacuna(&["check", "model.toml", "run.csv"]));
+    assert!(text.contains("x is an angle recorded within one turn"), "{text}");
+}

@@ -1,13 +1,16 @@
 //! Conditioning: recordings brought into the model's channels and units, with dropped rows
-//! marked and the noise of every output estimated.
+//! marked, angles unwrapped, outliers left out and the noise of every output estimated.
+
+pub(crate) mod clean;
 
 use crate::DiagnoseError;
+use clean::{leave_out, unwrapped};
 use lacuna_occupation::{InputPath, Names};
 use lacuna_plants::model::Measured;
 use lacuna_plants::{Hold, Model};
 use lacuna_recordings::{
     Gap, InputHold, NoiseEstimate, Recording, RecordingSource, Sampling, Unit, convert,
-    estimate_noise_pooled, resample_input,
+    resample_input,
 };
 
 /// A measured output of the machine.
@@ -30,10 +33,22 @@ pub struct Observed {
     pub times: Vec<f64>,
     /// Commanded inputs, row-major `times.len() x m`.
     pub commands: Vec<f64>,
-    /// Series of each output; NaN where nothing was measured.
+    /// Series of each output; NaN where nothing was measured, or an outlier.
     pub outputs: Vec<Vec<f64>>,
     /// Number of rows that were dropped.
     pub dropped: usize,
+    /// What was done to each output; none for recordings that are taken as they are.
+    pub cleaned: Vec<Cleaned>,
+}
+
+/// What was done to the samples of one output of one recording.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cleaned {
+    /// Samples that were left out as outliers ([`lacuna_recordings::find_outliers`]), in order.
+    pub outliers: Vec<usize>,
+    /// Samples before which the angle leapt by whole turns ([`lacuna_recordings::unwrap_turns`]),
+    /// in order.
+    pub leaps: Vec<usize>,
 }
 
 impl Observed {
@@ -54,12 +69,18 @@ impl Observed {
     pub fn part(&self, range: std::ops::Range<usize>) -> Self {
         let m = self.commands.len() / self.len().max(1);
         let seconds = (self.times[range.start], self.times[range.end - 1]);
+        let cleaned: Vec<_> = self.cleaned.iter().map(|c| c.part(&range)).collect();
+        let outlier = |k: &usize| {
+            cleaned.iter().any(|c| c.outliers.binary_search(&(k - range.start)).is_ok())
+        };
+        let missing = |k: &usize| self.outputs.iter().all(|y| y[*k].is_nan()) && !outlier(k);
         Self {
             name: format!("{} ({:.3} to {:.3} s)", self.name, seconds.0, seconds.1),
             times: self.times[range.clone()].to_vec(),
             commands: self.commands[range.start * m..range.end * m].to_vec(),
             outputs: self.outputs.iter().map(|y| y[range.clone()].to_vec()).collect(),
-            dropped: range.filter(|&k| self.outputs.iter().all(|y| y[k].is_nan())).count(),
+            dropped: range.clone().filter(missing).count(),
+            cleaned,
         }
     }
 }
@@ -148,15 +169,11 @@ impl Dataset {
         recordings: &[Recording],
     ) -> Result<Self, DiagnoseError> {
         let first = recordings.first().ok_or(DiagnoseError::NoRecordings)?;
-        let observed =
+        let mut observed =
             recordings.iter().map(|r| observe(hold, columns, r)).collect::<Result<Vec<_>, _>>()?;
         let noise = (0..outputs.len())
             .map(|k| {
-                let series: Vec<_> = observed
-                    .iter()
-                    .map(|o| (o.times.as_slice(), o.outputs[k].as_slice()))
-                    .collect();
-                estimate_noise_pooled(&series).map_err(|source| DiagnoseError::Signal {
+                leave_out(&mut observed, k).map_err(|source| DiagnoseError::Signal {
                     recording: first.name.clone(),
                     channel: outputs[k].name.clone(),
                     source,
@@ -184,6 +201,23 @@ impl Dataset {
             return Err(DiagnoseError::OtherOutputs { recording, expected, found });
         }
         Ok(self.with_recordings(held_out.recordings))
+    }
+
+    /// Outputs with outliers, and their number in all recordings.
+    pub fn outliers(&self) -> impl Iterator<Item = (&Output, usize)> {
+        self.cleaned(|c| c.outliers.len())
+    }
+
+    /// Outputs that are angles recorded within one turn, and how often they leapt by a turn.
+    pub fn leaps(&self) -> impl Iterator<Item = (&Output, usize)> {
+        self.cleaned(|c| c.leaps.len())
+    }
+
+    fn cleaned(&self, count: fn(&Cleaned) -> usize) -> impl Iterator<Item = (&Output, usize)> {
+        let all = move |k: usize| {
+            self.recordings.iter().filter_map(|r| r.cleaned.get(k)).map(count).sum::<usize>()
+        };
+        self.outputs.iter().enumerate().map(move |(k, o)| (o, all(k))).filter(|(_, n)| *n > 0)
     }
 
     /// Noise standard deviation that errors are weighed with: never zero, so that a
@@ -313,7 +347,7 @@ fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, Di
     let rows = sampling.positions(r.len());
     let m = used.iter().filter(|u| matches!(u.of, Measured::Input(_))).count();
     let mut commands = vec![0.0; times.len() * m];
-    let mut outputs = Vec::new();
+    let (mut outputs, mut cleaned) = (Vec::new(), Vec::new());
     for u in used {
         let values = in_model_units(u, r.column(&u.column)?, &r.name)?;
         let Measured::Input(j) = u.of else {
@@ -321,6 +355,8 @@ fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, Di
             for (&row, value) in rows.iter().zip(values) {
                 series[row] = value;
             }
+            let leaps = unwrapped(&times, &mut series, &u.unit);
+            cleaned.push(Cleaned { leaps, ..Cleaned::default() });
             outputs.push(series);
             continue;
         };
@@ -333,7 +369,7 @@ fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, Di
         }
     }
     let dropped = times.len() - r.len();
-    Ok(Observed { name: r.name.clone(), times, commands, outputs, dropped })
+    Ok(Observed { name: r.name.clone(), times, commands, outputs, dropped, cleaned })
 }
 
 fn in_model_units(u: &Used, values: &[f64], recording: &str) -> Result<Vec<f64>, DiagnoseError> {

@@ -264,6 +264,9 @@ pub struct DataUsed {
     pub samples: usize,
     /// Rows that were dropped in the recordings and filled in for smoothing.
     pub dropped: usize,
+    /// Samples of each channel, of all recordings, that were left out as outliers.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub outliers: BTreeMap<String, usize>,
     /// States of the model that no recording measures; what acts on them shows in the others
     /// alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -43,7 +43,7 @@ pub mod trajectories;
 mod watch;
 mod words;
 
-pub use dataset::{Dataset, Observed, Output};
+pub use dataset::{Cleaned, Dataset, Observed, Output};
 pub use decision::Decision;
 pub use diagnosis::Diagnosis;
 pub use error::DiagnoseError;

@@ -13,6 +13,7 @@
 //! | samples y_k | [`Recording::column`], NaN where missing | as in the file |
 //! | input u(t) between samples | [`resample_input`] | as in the file |
 //! | noise sigma | [`estimate_noise`], from sixth differences | as in the file |
+//! | rows k that neither noise nor motion explains | [`find_outliers`] | |
 //! | trajectory gamma, gamma', gamma'' | [`Smoother`], with standard deviations | ... per s, s^2 |
 //!
 //! Files are named by a [`RecordingSource`] (`run.csv#rows=100..40575`), read by
@@ -37,6 +38,7 @@ mod error;
 mod hold;
 mod kinds;
 mod noise;
+mod outliers;
 mod reader;
 mod recording;
 mod sampling;
@@ -44,11 +46,13 @@ mod signal;
 mod smoother;
 mod source;
 mod units;
+mod unwrap;
 
 pub use crate::csv::{Csv, write_csv, write_csv_with_time};
 pub use error::RecordingError;
 pub use hold::{InputHold, resample_input};
 pub use noise::{NoiseEstimate, estimate_noise, estimate_noise_pooled};
+pub use outliers::{Outliers, find_outliers};
 pub use reader::{READERS, Reader, read};
 pub use recording::{Column, Recording};
 pub use sampling::{Gap, Sampling};
@@ -56,3 +60,4 @@ pub use signal::SignalError;
 pub use smoother::{MeanPath, Prior, Samples, SharedSmoother, Smoothed, Smoother, Trajectory};
 pub use source::{RecordingSource, Selection, SourceError};
 pub use units::{Dimension, Unit, UnitError, convert, convert_factor};
+pub use unwrap::unwrap_turns;

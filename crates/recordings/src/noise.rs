@@ -32,7 +32,7 @@ const FEWEST_RUNS: usize = 12;
 /// Differences beyond this many standard deviations are impacts or glitches, not noise.
 const OUTLIER_SD: f64 = 6.0;
 /// Median of |e| over the standard deviation, for a Gaussian e.
-const GAUSSIAN_MEDIAN: f64 = 0.674_489_750_196_081_7;
+pub(crate) const GAUSSIAN_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
 /// What is known of the noise of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -144,6 +144,11 @@ impl Unit {
         self.dimension
     }
 
+    /// The size of a full turn in this unit, where it is one of angles: 2 pi for rad, 360 for deg.
+    pub fn turn(&self) -> Option<f64> {
+        (self.dimension == Dimension(RADIAN)).then(|| 2.0 * PI / self.factor)
+    }
+
     /// Factor and offset that turn values of `self` into values of `other`.
     fn affine_to(&self, other: &Unit) -> Result<(f64, f64), UnitError> {
         let turns =

@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::proof::{Proved, Proving};
-use crate::dataset::{Dataset, Observed};
+use crate::dataset::{Dataset, Observed, clean};
 use crate::decision::Decision;
 use crate::diagnosis::{
     Calibration, ChannelFit, DataUsed, Diagnosis, Finding, ProofOutcome, SCHEMA, Verdict,
@@ -144,6 +144,7 @@ impl<'a> Ladder<'a> {
                 "The model gives no derivatives: they are differences, with a measured error of at most {error:.0e} of their size."
             ));
         }
+        notes.extend(clean::notes(self.problem.dataset, self.held_out));
         let end = self.found.chosen.end;
         if end == End::OutOfSteps {
             notes.push(format!("The last fit was {end}: its numbers may still move a little."));
@@ -230,6 +231,7 @@ impl<'a> Ladder<'a> {
             held_out: names(self.held_out),
             samples: training.recordings.iter().map(Observed::len).sum(),
             dropped: training.recordings.iter().map(|r| r.dropped).sum(),
+            outliers: clean::outliers_of([training, self.held_out]),
             unmeasured: unmeasured(model, training)
                 .into_iter()
                 .map(|state| model.state_name(state).to_owned())

@@ -10,7 +10,7 @@ mod warnings;
 use super::Outcome;
 use super::kind::read_equations;
 use crate::say::{say, sayln};
-use channels::{Channel, Input, Run};
+use channels::{Channel, Input, Marks, Run};
 use clap::Args;
 use lacuna::discrepancy::Dataset;
 use lacuna::plants::{Hold, Model};
@@ -171,7 +171,33 @@ impl Report {
                 c.quantum.map_or_else(|| "none seen".to_owned(), number),
             ]);
         }
-        table.text() + "\n"
+        table.text() + &self.samples_text() + "\n"
+    }
+
+    /// What is particular of the channels' samples.
+    fn samples_text(&self) -> String {
+        let mut out = String::new();
+        for c in &self.channels {
+            let (name, unit) = (&c.name, &c.conversion.unit);
+            if let Some(quantum) = c.quantum {
+                out += &format!("  {name} is quantised in steps of {} {unit}.\n", number(quantum));
+            }
+            if !c.leaps.is_empty() {
+                let leaps = Marks::text(&c.leaps);
+                out += &format!(
+                    "  {name} is an angle recorded within one turn, and made continuous. Leaps: \
+                     {leaps}.\n"
+                );
+            }
+            if !c.outliers.is_empty() {
+                let outliers = Marks::text(&c.outliers);
+                out += &format!(
+                    "  {name}: outliers, which neither noise nor motion explains, are left out: \
+                     {outliers}.\n"
+                );
+            }
+        }
+        out
     }
 
     fn inputs_text(&self) -> String {

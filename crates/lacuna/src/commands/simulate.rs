@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::kind::AnyModel;
-use super::simulation::{ChannelError, Settings, Simulation};
+use super::simulation::{ChannelError, Settings, Simulation, in_samples};
 use crate::interrupt::uninterrupted;
 use crate::say::sayln;
 use clap::Args;
@@ -61,6 +61,8 @@ struct Report {
 #[derive(Serialize)]
 struct Channel {
     unit: String,
+    /// Samples that do not count for the error since they are outliers.
+    outliers: usize,
     #[serde(flatten)]
     error: ChannelError,
 }
@@ -101,7 +103,8 @@ pub fn run(a: &Arguments) -> Outcome {
 fn channels(run: &Simulation) -> BTreeMap<String, Channel> {
     let channel = |(k, output): (usize, &Output)| {
         let error = ChannelError::pooled(&[(run, k)]);
-        (output.name.clone(), Channel { unit: output.unit.clone(), error })
+        let outliers = run.observed().cleaned[k].outliers.len();
+        (output.name.clone(), Channel { unit: output.unit.clone(), outliers, error })
     };
     run.dataset().outputs.iter().enumerate().map(channel).collect()
 }
@@ -133,8 +136,11 @@ fn print(report: &Report) -> io::Result<()> {
         )?,
     }
     sayln!("{:<16} {:>14} {:<8} {:>8} {:>8}", "channel", "rms error", "unit", "nrmse", "fit %")?;
-    for (name, Channel { unit, error: e }) in &report.channels {
+    for (name, Channel { unit, error: e, .. }) in &report.channels {
         sayln!("{name:<16} {:>14.6e} {unit:<8} {:>8.4} {:>8.2}", e.rmse, e.nrmse, e.fit_percent)?;
+    }
+    for (name, channel) in report.channels.iter().filter(|(_, c)| c.outliers > 0) {
+        sayln!("{} of {name} left out of the error: outliers", in_samples(channel.outliers))?;
     }
     Ok(())
 }

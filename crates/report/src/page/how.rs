@@ -42,10 +42,16 @@ fn left_out(data: &DataUsed) -> String {
         1 => "1 row that is missing in the recordings, filled in for smoothing alone".to_owned(),
         n => format!("{n} rows that are missing in the recordings, filled in for smoothing alone"),
     };
-    if data.unmeasured.is_empty() {
-        return rows;
+    let mut all = vec![rows];
+    if !data.outliers.is_empty() {
+        let each = data.outliers.iter().map(|(channel, count)| format!("{count} of {channel}"));
+        all.push(format!("outliers: {}", each.collect::<Vec<_>>().join(", ")));
     }
-    format!("{rows}; the states {}, which no recording measures", data.unmeasured.join(", "))
+    if !data.unmeasured.is_empty() {
+        let states = data.unmeasured.join(", ");
+        all.push(format!("the states {states}, which no recording measures"));
+    }
+    all.join("; ")
 }
 
 fn names(recordings: &[String]) -> String {

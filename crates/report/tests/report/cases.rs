@@ -113,6 +113,7 @@ pub fn missing() -> Diagnosis {
             held_out: vec!["trajectory.csv".into()],
             samples: 24_841,
             dropped: 12,
+            outliers: [("q".to_owned(), 3)].into(),
             unmeasured: vec!["current".into()],
             version: "0.1.0".into(),
         },

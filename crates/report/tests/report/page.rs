@@ -202,6 +202,7 @@ fn it_tells_how_to_repeat_it_and_what_was_left_out() {
         );
         assert!(html.contains("a diagnosis draws no random numbers"), "{name}");
         assert!(html.contains("12 rows that are missing in the recordings"), "{name}");
+        assert!(html.contains("; outliers: 3 of q; the states"), "{name}");
         assert!(html.contains("the states current, which no recording measures"), "{name}");
     });
 }

@@ -2,7 +2,7 @@
 
 use super::excitation::{DELAYS, excitation};
 use super::table::number;
-use lacuna::discrepancy::Dataset;
+use lacuna::discrepancy::{Dataset, Observed};
 use lacuna::plants::Model;
 use lacuna::plants::model::Measured;
 use lacuna::recordings::{Recording, Sampling, Unit, UnitError, convert_factor};
@@ -116,7 +116,46 @@ pub struct Channel {
     /// Standard deviation of the motion over that of the noise; none where no noise is seen.
     pub signal_to_noise: Option<f64>,
     pub quantum: Option<f64>,
+    /// Samples that were left out as outliers, in each recording that has any.
+    pub outliers: Vec<Marks>,
+    /// Leaps by a turn of an angle that was recorded within one, and made continuous.
+    pub leaps: Vec<Marks>,
     pub recordings: Vec<Stretch>,
+}
+
+/// Samples of one channel in one recording.
+#[derive(Serialize)]
+pub struct Marks {
+    pub recording: String,
+    pub count: usize,
+    /// Times of the first few (s).
+    pub first_s: Vec<f64>,
+}
+
+/// Times of marks that are told: enough to find them in a plot.
+const TOLD: usize = 3;
+
+impl Marks {
+    fn of(data: &Dataset, rows: impl Fn(&Observed) -> &[usize]) -> Vec<Self> {
+        let marks = data.recordings.iter().map(|r| Self {
+            recording: r.name.clone(),
+            count: rows(r).len(),
+            first_s: rows(r).iter().take(TOLD).map(|&row| r.times[row]).collect(),
+        });
+        marks.filter(|m| m.count > 0).collect()
+    }
+
+    /// How many, in which recordings, and when.
+    pub fn text(all: &[Self]) -> String {
+        let one = |m: &Self| {
+            let mut times: Vec<String> = m.first_s.iter().map(|&t| number(t)).collect();
+            if m.count > TOLD {
+                times.push("...".to_owned());
+            }
+            format!("{} in {} (at {} s)", m.count, m.recording, times.join(", "))
+        };
+        all.iter().map(one).collect::<Vec<_>>().join(", ")
+    }
 }
 
 /// An input over all recordings, in its unit.
@@ -168,6 +207,8 @@ pub fn channels(
             noise_sd: noise.sd,
             signal_to_noise: (noise.sd > 0.0).then(|| signal / noise.sd),
             quantum: noise.quantum,
+            outliers: Marks::of(data, |r| &r.cleaned[k].outliers),
+            leaps: Marks::of(data, |r| &r.cleaned[k].leaps),
             recordings: stretches,
         })
     };
@@ -183,9 +224,7 @@ pub fn inputs(
     let m = model.inputs.len();
     let input = |(j, quantity): (usize, &lacuna::plants::model::Quantity)| {
         let (column, column_unit) = column_of(model, Measured::Input(j), &quantity.name);
-        let of = |r: &lacuna::discrepancy::Observed| {
-            r.commands.iter().skip(j).step_by(m).copied().collect::<Vec<f64>>()
-        };
+        let of = |r: &Observed| r.commands.iter().skip(j).step_by(m).copied().collect::<Vec<f64>>();
         let series: Vec<Vec<f64>> = data.recordings.iter().map(of).collect();
         let slices: Vec<&[f64]> = series.iter().map(Vec::as_slice).collect();
         let stretches = stretches(recordings, &slices);

@@ -13,6 +13,8 @@ const UNLIKE: f64 = 10.0;
 const OTHER_STEP: f64 = 0.05;
 /// More dropped rows or missing values than this share are said.
 const MANY: f64 = 0.05;
+/// More outliers than this share are a fault to look for: chance bit errors are rarer.
+const OFTEN: f64 = 0.01;
 /// Inputs correlated above this are one input.
 const SAME_INPUT: f64 = 0.98;
 
@@ -119,6 +121,16 @@ fn channels(report: &Report, out: &mut Vec<String>) {
             ));
         } else if let Some(ratio) = c.signal_to_noise.filter(|r| *r < FAINT) {
             out.push(faint(c, ratio));
+        }
+        let count: usize = c.outliers.iter().map(|m| m.count).sum();
+        let rows: usize = report.recordings.iter().map(|r| r.rows).sum();
+        if count as f64 > OFTEN * rows as f64 {
+            out.push(format!(
+                "{:.1} % of the samples of channel '{}' are outliers: check its sensor and cables; \
+                 if they are real, they last too short for this sampling",
+                100.0 * count as f64 / rows as f64,
+                c.name
+            ));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The errors of two models, for machines and for people.
 
 use super::super::check::table::{Table, number};
-use super::super::simulation::{ChannelError, Settings};
+use super::super::simulation::{ChannelError, Settings, in_samples};
 use super::pair::{Channel, Named, Pair};
 use indexmap::IndexMap;
 use lacuna::report::number::ratio;
@@ -24,6 +24,8 @@ pub struct Results {
 struct Compared {
     unit: String,
     noise: f64,
+    /// Samples that do not count for the errors since they are outliers.
+    outliers: usize,
     a: ChannelError,
     b: ChannelError,
     /// `A`, `B` or `same`.
@@ -101,6 +103,10 @@ impl Results {
             table.row([&row[..], &[c.closer.to_owned()]].concat());
         }
         out += &table.text();
+        for (name, c) in self.channels.iter().filter(|(_, c)| c.outliers > 0) {
+            out +=
+                &format!("{} of {name} left out of the errors: outliers\n", in_samples(c.outliers));
+        }
         out + &comparison.headline() + ".\n"
     }
 
@@ -134,7 +140,12 @@ fn pooled(pairs: &[Pair], k: usize, channel: &Channel) -> Compared {
     let (a, b) = (of(0), of(1));
     let noise = noise(pairs, k);
     let unit = channel.unit.clone();
-    Compared { unit, noise, a, b, closer: Closer::of(a.rmse, b.rmse).word() }
+    let outliers = pairs.iter().map(|p| {
+        let run = &p.runs[0];
+        run.observed().cleaned[p.channels[k].index[0]].outliers.len()
+    });
+    let outliers = outliers.sum();
+    Compared { unit, noise, outliers, a, b, closer: Closer::of(a.rmse, b.rmse).word() }
 }
 
 /// Noise of a channel: the root mean square of the recordings' own, by their samples.

@@ -1,0 +1,280 @@
+//! Lost counts and glitches: samples that neither noise nor motion explains.
+//!
+//! A sample is an outlier where its neighbours are one motion and it is not on it. Around the
+//! sample at t_k stand ten neighbours on either side; a polynomial of degree five through them,
+//! by least squares, predicts the sample with a standard deviation of sigma sqrt(1 + h):
+//!
+//! ```text
+//! z_k = (y_k - p(t_k)) / (sigma sqrt(1 + h)),   h = a' (A'A)^-1 a
+//! ```
+//!
+//! with A the powers of the neighbours' times and a those of t_k. It is marked where
+//!
+//! 1. noise cannot be it: |z_k| > sqrt(2 ln(N / alpha)), which less than alpha of N Gaussian
+//!    samples exceed, since P(|e| > z) <= exp(-z^2 / 2); for a channel with a quantum, beyond one
+//!    quantum more;
+//! 2. its neighbours, at most two of them left out that are off as far, are a motion with that
+//!    noise: the sum of their squared residuals is below the 99.9 % point of its chi-square
+//!    distribution. After an impact or a stop they are not;
+//! 3. no motion that ends or begins there passes through it: it lies on the same side of what
+//!    either half of the neighbours alone extrapolates, at rest (the next sample itself), at its
+//!    speed and at its acceleration. The corner of an impact, a step of a velocity and a sample
+//!    that was taken early or late lie between these;
+//! 4. it stands alone, or as one of two whose first and last step are larger than those of the
+//!    motion: of all steps of the channel, less than one in a window is so large.
+//!
+//! sigma is the noise of the channel, at least the local scale (a normalised median) of the
+//! deviations before the sample and after it: where the motion is too fast for the sampling, the
+//! deviations are as large all around and nothing is marked. Marked samples are left out, noise
+//! and scale are computed again, until the marks stay the same.
+//!
+//! More than three in a window of 21 samples are no glitches and never marked; where more than one
+//! sample in a window is off, on average, none is. A pulse of one or two samples that leaves no
+//! trace before and after cannot be told from a glitch: a velocity that slips for less than two
+//! samples is sampled too slowly.
+//!
+//! | on paper | in code |
+//! | --- | --- |
+//! | rows of the outliers | [`Outliers::rows`] |
+//! | noise standard deviation without them | [`Outliers::noise`] |
+
+mod window;
+
+use crate::noise::{GAUSSIAN_MEDIAN, NoiseEstimate, estimate_noise_pooled};
+use crate::sampling::Sampling;
+use crate::signal::{SignalError, median};
+use std::ops::Range;
+use window::{Expected, Window};
+
+/// Neighbours on either side: in all more than three for each coefficient of the polynomial, so
+/// that it cannot follow a motion that changes its way within the window.
+const REACH: usize = 10;
+/// Samples of a window.
+const WINDOW: usize = 2 * REACH + 1;
+/// Degree of the motion: as the differences of sixth order that the noise is estimated from.
+const DEGREE: usize = 5;
+/// Fewest neighbours: the three before the fourth sample of a recording, and all after it.
+const FEWEST: usize = FEWEST_BESIDE + REACH;
+/// Fewest neighbours on a side: from fewer, it has no acceleration.
+const FEWEST_BESIDE: usize = 3;
+/// Most outliers of a window: one sample in seven. With more, the rest is not most of a motion.
+const MOST_TOGETHER: usize = 3;
+/// Most outliers in a row. Independent ones hardly ever are three in a row; the answer of a drive
+/// to a step, sampled slowly, often is three samples long.
+const LONGEST_RUN: usize = 2;
+/// Samples of pure noise that may be marked, of all samples of a channel.
+const FALSE_MARKS: f64 = 0.01;
+/// Standard deviations that one Gaussian value in a thousand exceeds on either side: samples
+/// nearer to an extrapolated motion may belong to it.
+const PLAUSIBLE_SD: f64 = 3.29;
+/// Standard deviations that one Gaussian value in a thousand exceeds upwards: so many outliers
+/// are overlooked since their neighbours, by chance, look like no motion.
+const UPPER_SD: f64 = 3.09;
+/// Samples on either side that the local scale is the median of: four windows on either side, so
+/// that it takes several outliers to move it.
+const SURROUNDINGS: usize = 4 * WINDOW;
+/// Deviations below this share of the largest value are rounding of whoever computed them.
+const ROUNDING: f64 = 1e-7;
+/// Times that marks and noise are computed anew. Each time the noise is nearer the truth; marks
+/// that alternate hang on a threshold, where either is right.
+const ROUNDS: usize = 4;
+
+/// The outliers of one channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outliers {
+    /// Their rows in each recording, in order.
+    pub rows: Vec<Vec<usize>>,
+    /// The noise without them.
+    pub noise: NoiseEstimate,
+}
+
+/// The outliers of one channel over several recordings, each `(time, values)`, and the noise
+/// without them; NaN values are missing samples. Module documentation tells how; the work is
+/// linear in the number of samples. Samples with fewer than three neighbours on a side are never
+/// marked.
+///
+/// # Errors
+/// As [`estimate_noise_pooled`].
+pub fn find_outliers(recordings: &[(&[f64], &[f64])]) -> Result<Outliers, SignalError> {
+    let mut outliers = Outliers {
+        rows: vec![vec![]; recordings.len()],
+        noise: estimate_noise_pooled(recordings)?,
+    };
+    let samples = recordings.iter().flat_map(|r| r.1).filter(|v| !v.is_nan()).count();
+    let limit = (2.0 * (samples as f64 / FALSE_MARKS).ln()).sqrt();
+    let (resolution, step) = (resolution(recordings), usual_step(recordings));
+    for _ in 0..ROUNDS {
+        let clean = outliers.clean(recordings);
+        let quantum = outliers.noise.quantum.unwrap_or(0.0).max(resolution);
+        let sd = least_sd(&clean, outliers.noise.sd, quantum);
+        let expected = Expected { sd, limit, quantum, step };
+        let find = |(&(time, values), clean): (&(&[f64], &[f64]), &Vec<f64>)| {
+            isolated(Series { time, values, clean, expected }.outliers())
+        };
+        let mut rows: Vec<Vec<usize>> = recordings.iter().zip(&clean).map(find).collect();
+        if rows.iter().map(Vec::len).sum::<usize>() * WINDOW > samples {
+            rows = vec![vec![]; recordings.len()];
+        }
+        if rows == outliers.rows {
+            break;
+        }
+        outliers.rows = rows;
+        let clean = outliers.clean(recordings);
+        let pairs: Vec<_> = recordings.iter().zip(&clean).map(|(r, c)| (r.0, &c[..])).collect();
+        outliers.noise = estimate_noise_pooled(&pairs)?;
+    }
+    Ok(outliers)
+}
+
+impl Outliers {
+    /// Number of outliers in all recordings.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.rows.iter().map(Vec::len).sum()
+    }
+
+    /// The values of each recording, NaN where they are outliers.
+    fn clean(&self, recordings: &[(&[f64], &[f64])]) -> Vec<Vec<f64>> {
+        let without = |((_, values), rows): (&(&[f64], &[f64]), &Vec<usize>)| {
+            let mut clean = values.to_vec();
+            rows.iter().for_each(|&row| clean[row] = f64::NAN);
+            clean
+        };
+        recordings.iter().zip(&self.rows).map(without).collect()
+    }
+}
+
+/// Sizes of the steps between consecutive samples.
+fn steps<'a>(recordings: &'a [(&[f64], &[f64])]) -> impl Iterator<Item = f64> + 'a {
+    let sizes = |values: &'a [f64]| values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    recordings.iter().flat_map(move |r| sizes(r.1)).filter(|size| !size.is_nan())
+}
+
+/// The smallest step that is one. Between values with continuous noise it is next to nothing;
+/// between rounded ones it is a quantum, also where there are too few of them, or too long a rest,
+/// for [`NoiseEstimate::quantum`] to be seen. Zero without any.
+fn resolution(recordings: &[(&[f64], &[f64])]) -> f64 {
+    let values = recordings.iter().flat_map(|r| r.1);
+    let largest = values.fold(0.0, |m: f64, v| m.max(v.abs()));
+    let smallest = steps(recordings).filter(|size| *size > 1e-9 * largest).reduce(f64::min);
+    smallest.unwrap_or(0.0)
+}
+
+/// The step that less than one in a window exceeds: no more samples than that may be outliers.
+fn usual_step(recordings: &[(&[f64], &[f64])]) -> f64 {
+    let mut sizes: Vec<f64> = steps(recordings).collect();
+    let rank = sizes.len() - sizes.len() / WINDOW;
+    if rank == sizes.len() {
+        return sizes.into_iter().fold(0.0, f64::max);
+    }
+    *sizes.select_nth_unstable_by(rank, f64::total_cmp).1
+}
+
+/// The standard deviation that samples are weighed with, where their surroundings have no larger.
+fn least_sd(clean: &[Vec<f64>], noise_sd: f64, quantum: f64) -> f64 {
+    let largest = clean.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
+    noise_sd.max(quantum / 12f64.sqrt()).max(ROUNDING * largest).max(f64::MIN_POSITIVE)
+}
+
+/// Rows of which no window holds more than [`MOST_TOGETHER`].
+fn isolated(rows: Vec<usize>) -> Vec<usize> {
+    let mut crowded = vec![false; rows.len()];
+    for first in 0..rows.len().saturating_sub(MOST_TOGETHER) {
+        if rows[first + MOST_TOGETHER] - rows[first] < WINDOW {
+            crowded[first..=first + MOST_TOGETHER].fill(true);
+        }
+    }
+    rows.into_iter().zip(crowded).filter(|(_, crowded)| !crowded).map(|(row, _)| row).collect()
+}
+
+/// One channel of one recording.
+struct Series<'a> {
+    time: &'a [f64],
+    values: &'a [f64],
+    /// Values without what is marked so far.
+    clean: &'a [f64],
+    expected: Expected,
+}
+
+impl Series<'_> {
+    fn outliers(&self) -> Vec<usize> {
+        let Expected { sd, limit, .. } = self.expected;
+        let (all, clean) = (Neighbours::of(self, self.values), Neighbours::of(self, self.clean));
+        let deviation = |row: usize| clean.around(row).map_or(f64::NAN, |w| w.deviation());
+        let deviations: Vec<f64> = (0..self.values.len()).map(deviation).collect();
+        let scale = |row: usize| self.local_scale(&deviations, row).max(sd);
+        let beyond = |row: &usize| {
+            let size = deviations[*row].abs();
+            size > limit * sd && size > limit * scale(*row)
+        };
+        // An outlier beside a larger one may deviate less.
+        let near = |row: usize| {
+            let reach = LONGEST_RUN - 1;
+            row.saturating_sub(reach)..(row + reach + 1).min(deviations.len())
+        };
+        let mut suspects: Vec<usize> =
+            (0..deviations.len()).filter(beyond).flat_map(near).collect();
+        suspects.sort_unstable();
+        suspects.dedup();
+        let is_outlier = |row: &usize| {
+            let expected = Expected { sd: scale(*row), ..self.expected };
+            all.around(*row).is_some_and(|w| w.is_outlier(expected))
+        };
+        suspects.into_iter().filter(is_outlier).collect()
+    }
+
+    /// Standard deviation of the deviations before a row or after it, by their median: the larger
+    /// one, since noise and motion may begin or end there.
+    fn local_scale(&self, deviations: &[f64], row: usize) -> f64 {
+        let scale = |rows: Range<usize>| {
+            let clean = rows.filter(|&r| !self.clean[r].is_nan());
+            let sizes = clean.map(|r| deviations[r].abs()).filter(|size| !size.is_nan());
+            median(&mut sizes.collect::<Vec<_>>()) / GAUSSIAN_MEDIAN
+        };
+        let before = scale(row.saturating_sub(SURROUNDINGS)..row);
+        let after = scale(row + 1..(row + 1 + SURROUNDINGS).min(deviations.len()));
+        // A side without any has NaN, which is not the larger one.
+        before.max(after)
+    }
+}
+
+/// The samples beside each sample of a series.
+struct Neighbours<'a> {
+    series: &'a Series<'a>,
+    /// Usual step (s).
+    step: f64,
+    /// Rows of the samples that may be neighbours, in order.
+    rows: Vec<usize>,
+    /// Number of those that come before each row.
+    before: Vec<usize>,
+}
+
+impl<'a> Neighbours<'a> {
+    /// Those of `present` that are not NaN.
+    fn of(series: &'a Series<'a>, present: &[f64]) -> Self {
+        let rows: Vec<usize> = (0..present.len()).filter(|&row| !present[row].is_nan()).collect();
+        let mut before = Vec::with_capacity(present.len() + 1);
+        before.push(0);
+        for value in present {
+            before.push(before[before.len() - 1] + usize::from(!value.is_nan()));
+        }
+        Self { series, step: Sampling::of(series.time).step, rows, before }
+    }
+
+    /// A sample with its neighbours, up to [`REACH`] on either side and no farther than twice as
+    /// many steps; none if it is missing or has too few.
+    fn around(&self, row: usize) -> Option<Window> {
+        let Series { time, values, .. } = *self.series;
+        if values[row].is_nan() {
+            return None;
+        }
+        let from_here = |&r: &usize| ((time[r] - time[row]) / self.step, values[r] - values[row]);
+        let near = |r: &usize| (time[*r] - time[row]).abs() <= (2 * REACH) as f64 * self.step;
+        let (own, after) = (self.before[row], self.before[row + 1]);
+        let before = &self.rows[own.saturating_sub(REACH)..own];
+        let before = &before[before.partition_point(|r| !near(r))..];
+        let after = &self.rows[after..(after + REACH).min(self.rows.len())];
+        let after = &after[..after.partition_point(near)];
+        Window::of(before.iter().map(from_here), after.iter().map(from_here))
+    }
+}
