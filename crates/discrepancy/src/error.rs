@@ -133,10 +133,10 @@ pub enum DiagnoseError {
         /// Number of its arguments.
         arguments: usize,
     },
-    /// A channel that no column measures.
+    /// A channel that no column measures and nothing that is measured depends on.
     #[error(
-        "no column measures '{channel}': a diagnosis needs every coordinate measured (first-order states \
-         may be hidden); simulate does not"
+        "no column measures '{channel}', and what is measured does not tell where it is: record it, or \
+         take it out of the model"
     )]
     Unmeasured {
         /// The channel.

@@ -16,7 +16,6 @@ use crate::diagnosis::Diagnosis;
 use crate::likelihood::Problem;
 use crate::prediction::Prediction;
 use crate::search::Search;
-use crate::trajectories::unmeasured;
 use crate::watch::Watch;
 use lacuna_plants::Model;
 use lacuna_plants::model::Augmentation;
@@ -67,10 +66,6 @@ pub fn diagnose(
     options: Options,
     watch: &Watch,
 ) -> Result<Outcome, DiagnoseError> {
-    let coordinates = 0..model.coordinates.len();
-    if let Some(state) = unmeasured(model, training).into_iter().find(|i| coordinates.contains(i)) {
-        return Err(DiagnoseError::Unmeasured { channel: model.state_name(state).to_owned() });
-    }
     if let Some(output) = training.constant_output() {
         return Err(DiagnoseError::Constant { channel: output.name.clone() });
     }

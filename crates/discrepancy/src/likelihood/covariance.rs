@@ -22,6 +22,20 @@ impl Covariance {
         Self { width, p: vec![0.0; width * width], room: vec![0.0; width * width] }
     }
 
+    /// Of a state whose entries have these variances, and nothing in common.
+    pub(super) fn of(variances: &[f64]) -> Self {
+        let mut this = Self::known(variances.len());
+        for (i, v) in variances.iter().enumerate() {
+            this.p[i * this.width + i] = *v;
+        }
+        this
+    }
+
+    /// Variances of the state's entries.
+    pub(super) fn variances(&self) -> Vec<f64> {
+        self.p.iter().step_by(self.width + 1).copied().collect()
+    }
+
     /// `c P c^T`, with `P c^T` in `projected`.
     pub(super) fn seen_by(&self, c: &[f64], projected: &mut [f64]) -> f64 {
         for (row, p) in self.p.chunks_exact(self.width).zip(projected.iter_mut()) {

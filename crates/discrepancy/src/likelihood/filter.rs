@@ -30,6 +30,8 @@ pub struct Filter {
     pub log_determinant: f64,
     /// What the sum of |z|^2 would be if nothing drove the machine: that of the outputs' noise.
     pub quiet: f64,
+    /// Variances of the state's entries at the window's end.
+    pub(super) unknown: Vec<f64>,
 }
 
 /// A filter under way through its window.
@@ -41,7 +43,9 @@ pub(super) struct Making {
 }
 
 impl Making {
-    pub(super) fn new(width: usize, outputs: usize) -> Self {
+    /// For a state whose entries begin with these variances.
+    pub(super) fn new(variances: &[f64], outputs: usize) -> Self {
+        let width = variances.len();
         let filter = Filter {
             width,
             outputs,
@@ -50,8 +54,9 @@ impl Making {
             innovations: vec![],
             log_determinant: 0.0,
             quiet: 0.0,
+            unknown: vec![],
         };
-        Self { filter, unknown: Covariance::known(width), quiet: Covariance::known(width) }
+        Self { filter, unknown: Covariance::of(variances), quiet: Covariance::of(variances) }
     }
 
     /// Take up a sample: `rows` of C and innovations, in units of the noise; NaN where nothing was
@@ -104,7 +109,7 @@ impl Making {
     }
 
     pub(super) fn done(self) -> Filter {
-        self.filter
+        Filter { unknown: self.unknown.variances(), ..self.filter }
     }
 }
 

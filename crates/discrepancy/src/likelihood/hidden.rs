@@ -1,8 +1,15 @@
-//! First-order states that nothing measures: a first guess from what they do to those that are.
+//! States that nothing measures: a first guess from what they do to those that are.
 //!
 //! Where a state h is hidden but drives measured ones, `x' = D(x, h, u)`, the value that makes D
 //! agree with the measured motion is a guess of h, good enough for the likelihood to begin from.
+//!
+//! Coordinates that nothing measures are followed by a filter that does not know where they begin,
+//! from what they do to those that are measured.
 
+use super::maps::Maps;
+use super::sweep::{Run, Starts};
+use super::{Hypothesis, Problem, ProcessNoise, Window};
+use crate::DiagnoseError;
 use crate::trajectories::SmoothedRecording;
 use lacuna_plants::model::System;
 use lacuna_plants::{Model, Plant};
@@ -13,6 +20,83 @@ const POINTS: usize = 200;
 const MAGNITUDES: usize = 60;
 const SMALLEST: f64 = 1e-3;
 const LARGEST: f64 = 1e3;
+
+/// What a filter may not know of a hidden coordinate, in units of the largest that is measured.
+const WIDE: f64 = 2.0;
+/// What drives the machine while it is followed: a share of the measured accelerations, each a few
+/// samples long.
+const DRIVEN: f64 = 0.05;
+const SAMPLES: f64 = 10.0;
+/// A share of the variance at the beginning that a filter must take away of what is not hidden
+/// for good.
+const SEEN: f64 = 0.5;
+
+/// Fill the hidden coordinates of all recordings' smoothed motion.
+///
+/// # Errors
+/// A coordinate that nothing measured depends on.
+pub(super) fn follow(problem: &mut Problem) -> Result<(), DiagnoseError> {
+    let n = problem.model.coordinates.len();
+    let coordinates: Vec<usize> = problem.hidden.iter().copied().filter(|&i| i < 2 * n).collect();
+    if coordinates.is_empty() {
+        return Ok(());
+    }
+    let h = Hypothesis::of(problem.model).held();
+    let (noise, variances) = (driving(problem), variances(problem, &coordinates));
+    let mut least = vec![f64::INFINITY; variances.len()];
+    for r in 0..problem.smoothed.len() {
+        let samples = problem.smoothed[r].len();
+        let windows = [Window { recording: r, range: 0..samples }];
+        let machine = vec![problem.smoothed[r].state(0).to_vec()];
+        let starts = Starts { machine, memory: vec![] };
+        let (windows, starts) = (&windows[..], &starts);
+        let run = Run { problem, hypothesis: &h, windows, starts, filters: &[], substeps: 1 };
+        // Where the model runs away, nothing is known of what it hides.
+        let Ok(maps) = Maps::not_knowing(&run, Some(&noise), &variances) else { continue };
+        for (least, v) in least.iter_mut().zip(&maps.filters[0].unknown) {
+            *least = least.min(*v);
+        }
+        for k in 0..samples {
+            for &i in &coordinates {
+                problem.smoothed[r].set(k, i, maps.path[k * variances.len() + i]);
+            }
+        }
+    }
+    let unseen = coordinates.iter().find(|&&i| i < n && least[i] > SEEN * variances[i]);
+    unseen.map_or(Ok(()), |&i| {
+        Err(DiagnoseError::Unmeasured { channel: problem.model.state_name(i).to_owned() })
+    })
+}
+
+/// Random forces of a share of those that move the measured coordinates.
+fn driving(problem: &Problem) -> ProcessNoise {
+    let model = problem.model;
+    let n = model.coordinates.len();
+    let measured = (0..n).filter(|i| !problem.hidden.contains(i));
+    let acceleration =
+        measured.map(|c| super::problem::deviation(&problem.accelerations(c))).fold(0.0, f64::max);
+    let intensity = |m: &f64| DRIVEN * acceleration / m * (SAMPLES * problem.sample).sqrt();
+    let forces = problem.mobility().iter().map(intensity).collect();
+    ProcessNoise { forces, ..ProcessNoise::none(model) }
+}
+
+/// Variances of the machine's state where the hidden coordinates may be anywhere.
+fn variances(problem: &Problem, hidden: &[usize]) -> Vec<f64> {
+    let n = problem.model.coordinates.len();
+    let largest = |of: &dyn Fn(usize) -> bool| {
+        let entries = (0..2 * n).filter(|&i| of(i) && !problem.hidden.contains(&i));
+        let values = entries.flat_map(|i| {
+            problem.smoothed.iter().flat_map(move |s| (0..s.len()).map(move |k| s.state(k)[i].abs()))
+        });
+        values.fold(0.0f64, f64::max)
+    };
+    let (q, v) = (largest(&|i| i < n), largest(&|i| i >= n));
+    let variance = |i: usize| match hidden.contains(&i) {
+        true => (WIDE * if i < n { q } else { v }).powi(2),
+        false => 0.0,
+    };
+    (0..problem.model.machine_states()).map(variance).collect()
+}
 
 /// Fill the hidden first-order states of a recording's smoothed motion.
 pub(super) fn guess(model: &Model, hidden: &[usize], motion: &mut SmoothedRecording) {

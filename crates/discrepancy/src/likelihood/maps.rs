@@ -59,10 +59,23 @@ impl Maps {
     /// # Errors
     /// [`Diverged`].
     pub fn along(run: &Run, noise: Option<&ProcessNoise>) -> Result<Self, Diverged> {
+        let width = run.problem.model.machine_states() + run.starts.memory.len();
+        Self::not_knowing(run, noise, &vec![0.0; width])
+    }
+
+    /// The same where the state's entries have these variances at the beginning of each window.
+    ///
+    /// # Errors
+    /// [`Diverged`].
+    pub(super) fn not_knowing(
+        run: &Run,
+        noise: Option<&ProcessNoise>,
+        variances: &[f64],
+    ) -> Result<Self, Diverged> {
         let problem = run.problem;
         let observed = run.observed();
         let (machine, m) = (problem.model.machine_states(), problem.model.inputs.len());
-        let width = machine + run.starts.memory.len();
+        let width = variances.len();
         let columns = width + problem.model.channels() + m;
         let entry = |o: &crate::Output| if let Measured::State(i) = o.of { Some(i) } else { None };
         let maps = Self {
@@ -78,7 +91,7 @@ impl Maps {
             filters: vec![],
         };
         let chunks = (0..columns.div_ceil(LANES)).map(|c| Chunk::new(run, c * LANES, width));
-        let mut making = Linearising { run, noise, chunks: chunks.collect(), maps };
+        let mut making = Linearising { run, noise, variances, chunks: chunks.collect(), maps };
         let mut memory = run.starts.memory.clone();
         for (w, x) in run.windows.iter().zip(&run.starts.machine) {
             let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
@@ -192,6 +205,7 @@ impl Maps {
 struct Linearising<'r> {
     run: &'r Run<'r>,
     noise: Option<&'r ProcessNoise>,
+    variances: &'r [f64],
     chunks: Vec<Chunk>,
     maps: Maps,
 }
@@ -241,7 +255,7 @@ impl Linearising<'_> {
         let (problem, observed) = (run.problem, run.observed());
         let outputs = problem.dataset.outputs.len();
         let m = problem.model.inputs.len();
-        let mut filter = self.noise.map(|_| Making::new(self.maps.width, outputs));
+        let mut filter = self.noise.map(|_| Making::new(self.variances, outputs));
         let mut sensing = Sensing::new(problem, observed, &run.hypothesis.effects, w);
         let bound = problem.observation.bind(&run.hypothesis.parameters);
         let (mut rows, mut y) = (vec![], vec![0.0; outputs]);

@@ -35,7 +35,7 @@ pub struct Problem<'a> {
     /// Noise of the coarsest output as a share of half its range.
     pub coarsest: f64,
     /// Entries of the machine's state that nothing measures, not even as a derivative.
-    hidden: Vec<usize>,
+    pub(super) hidden: Vec<usize>,
     /// Magnitudes of each force channel.
     channels: Vec<Scales>,
     /// Magnitudes of each input.
@@ -78,6 +78,7 @@ impl<'a> Problem<'a> {
         for motion in &mut this.smoothed {
             super::hidden::guess(model, &this.hidden, motion);
         }
+        super::hidden::follow(&mut this)?;
         this.channels = this.channel_scales();
         this.inputs = (0..model.inputs.len()).map(|j| this.input_scales(j)).collect();
         Ok(this)
@@ -224,7 +225,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Rate of change of a channel's velocity, or of a first-order state.
-    fn accelerations(&self, channel: usize) -> Vec<f64> {
+    pub(super) fn accelerations(&self, channel: usize) -> Vec<f64> {
         let place = self.model.place(channel);
         let at = |s: &SmoothedRecording, k: usize| s.state(k)[place.v];
         let slopes = |s: &'_ SmoothedRecording| -> Vec<f64> {
@@ -238,7 +239,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Acceleration per unit of force on each channel, in the mean along the recordings.
-    fn mobility(&self) -> Vec<f64> {
+    pub(super) fn mobility(&self) -> Vec<f64> {
         const POINTS: usize = 60;
         let (model, n) = (self.model, self.model.coordinates.len());
         let at = |c: usize| {
@@ -302,7 +303,7 @@ impl<'a> Problem<'a> {
 }
 
 /// Standard deviation.
-fn deviation(values: &[f64]) -> f64 {
+pub(super) fn deviation(values: &[f64]) -> f64 {
     let n = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / n;
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
