@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use crate::concealed::{self, sealed::Group};
 use crate::manipulator_realtime::Evaluator;
 use crate::{
-    StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc,
-    manipulator_large, manipulator_realtime, noise_sweep, speed,
+    StudyError, ablation, duffing, duffing_montecarlo, lambda_ablation, manipulator,
+    manipulator_ctc, manipulator_large, manipulator_realtime, noise_sweep, speed,
 };
 
 /// The studies of Lacuna. Statistics go to DIR/NAME.json, figures to DIR/figures.
@@ -114,6 +114,24 @@ enum Study {
         #[command(flatten)]
         common: Common,
     },
+    /// Each number that decides what `lacuna diagnose` names, halved and doubled, on drawn cases:
+    /// what becomes of names, verdicts and errors? Results go to DIR/ablation, anew after each setting.
+    Ablation {
+        /// Number of cases; case k draws from random stream k.
+        #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+        cases: u64,
+        /// Numbers to move; by default all.
+        #[arg(long, value_name = "NAME", value_delimiter = ',')]
+        fields: Vec<String>,
+        /// Threads, each with one case at a time.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        jobs: u64,
+        /// Go on behind the last setting that DIR/ablation has of the same cases.
+        #[arg(long)]
+        resume: bool,
+        #[command(flatten)]
+        common: Common,
+    },
     /// Times of the parts beside the same algorithms in NumPy (python3 with NumPy, where it is there).
     Speed {
         /// Trials of the Duffing study that are timed.
@@ -199,6 +217,10 @@ pub fn run() -> ExitCode {
                 &concealed::Settings { cases, group, jobs, lacuna, timeout, keep },
                 &common,
             )
+        }
+        Study::Ablation { cases, fields, jobs, resume, common } => {
+            let (cases, jobs) = (cases as usize, jobs as usize);
+            ablation::run(&ablation::Settings { cases, fields, jobs, resume }, &common)
         }
         Study::Speed { trials, trajectories, peer, seed } => {
             speed::run(&speed::Settings { trials, trajectories, peer, seed })

@@ -29,7 +29,7 @@
 pub mod candidates;
 pub mod colour;
 pub mod dataset;
-mod decision;
+pub mod decision;
 pub mod diagnose;
 pub mod diagnosis;
 mod error;

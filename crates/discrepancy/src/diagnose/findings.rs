@@ -2,7 +2,7 @@
 
 use super::location;
 use super::outcome::Ladder;
-use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding};
+use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding, FormulaFit, Support};
 use crate::missing_force::{Belief, MissingForce};
 use crate::screen::Over;
 use crate::search::{Named, Rival};
@@ -63,6 +63,7 @@ impl Ladder<'_> {
             probability,
             alternatives,
             evidence: named.gain,
+            support: self.support(named),
             curve,
             experiment: self.experiment(probability, named),
             channel: new.channel,
@@ -80,15 +81,33 @@ impl Ladder<'_> {
         let mut alternatives: Vec<Alternative> = rivals
             .iter()
             .zip(&weights)
-            .map(|(Rival { candidate: c, .. }, w)| Alternative {
+            .map(|(r @ Rival { candidate: c, .. }, w)| Alternative {
                 class: c.effect.class.to_owned(),
                 channel: model.effect_channel_name(c.effect, c.channel).to_owned(),
                 probability: w / total,
+                behind: r.behind,
             })
             .filter(|a| a.probability > 1e-4)
             .collect();
         alternatives.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         (1.0 / total, alternatives)
+    }
+
+    /// What speaks for a class by the evidence alone.
+    fn support(&self, named: &Named) -> Support {
+        let nothing = named.gain - self.decision.prior_odds;
+        let behind = named.rivals.iter().map(|r| r.behind).chain([nothing]);
+        let most = self.found.named.iter().map(|n| n.gain).fold(named.gain, f64::max);
+        Support { log_odds: log_odds(behind), part: named.gain / most }
+    }
+
+    /// What the findings leave of the mismatch.
+    pub(super) fn formula(&self) -> FormulaFit {
+        let excess = |reduced: f64| (reduced - 1.0).max(0.0);
+        let before = excess(self.found.calibrated.reduced());
+        let after = excess(self.found.chosen.reduced());
+        let left = if before > 0.0 { (after / before).min(1.0) } else { 0.0 };
+        FormulaFit { left, residual_over_noise: self.found.chosen.reduced().sqrt() }
     }
 
     /// Odds that the right class is none of those that were compared: what the findings leave of
@@ -235,6 +254,12 @@ impl Ladder<'_> {
             std: shown.std,
         })
     }
+}
+
+/// Log odds of what leads others by so many nats: -log sum exp(-nats).
+fn log_odds(ahead_of: impl Iterator<Item = f64> + Clone) -> f64 {
+    let least = ahead_of.clone().fold(f64::INFINITY, f64::min);
+    least - ahead_of.map(|nats| (least - nats).exp()).sum::<f64>().ln()
 }
 
 /// Whether a law is nearly straight from point to point: one that is not, as an oscillation of

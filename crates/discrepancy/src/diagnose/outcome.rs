@@ -80,6 +80,7 @@ impl<'a> Ladder<'a> {
             model: self.problem.model.name.clone(),
             verdict,
             location: self.location(&findings),
+            formula: (!findings.is_empty()).then(|| self.formula()),
             findings,
             calibration: if keep { BTreeMap::new() } else { self.calibration() },
             proof: proved.outcome,
