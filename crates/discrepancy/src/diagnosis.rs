@@ -89,7 +89,9 @@ pub struct Finding {
     pub time: Option<f64>,
     /// Parameters by name.
     pub parameters: BTreeMap<String, Estimate>,
-    /// Probability of this class among its rivals.
+    /// Probability that this class on this channel is right, as often as such findings were in
+    /// drawn cases ([`crate::probability`]). What it and its rivals leave to 1 is the
+    /// probability that none of them is.
     pub probability: f64,
     /// Rivals, the most probable first.
     pub alternatives: Vec<Alternative>,

@@ -25,6 +25,9 @@ pub fn summary(diagnosis: &Diagnosis, colour: bool) -> String {
     for finding in &diagnosis.findings {
         out.add(BOLD, 2, &details(finding));
     }
+    if let Some(formula) = words::formula(diagnosis) {
+        out.add("", 2, &sentence(&formula));
+    }
     let experiment = diagnosis.findings.iter().find_map(|f| f.experiment.as_ref());
     if let Some(experiment) = experiment {
         out.add("", 2, &words::experiment(experiment));
@@ -53,6 +56,13 @@ fn details(f: &Finding) -> String {
     parts.extend(words::part(f));
     parts.retain(|p| !p.is_empty());
     format!("{}: {}", words::name(f), parts.join("; "))
+}
+
+/// Words as a sentence.
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map_or(String::new(), |c| c.to_uppercase().to_string());
+    format!("{first}{}.", letters.as_str())
 }
 
 fn fit(out: &mut Lines, d: &Diagnosis) {
