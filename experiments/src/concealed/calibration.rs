@@ -13,7 +13,8 @@
 //! middle turns the odds by a factor of a few, not of thousands, unless many findings say so. A
 //! slope whose sign says that more evidence is worse is set to zero.
 //!
-//! Nothing is run: what is needed stands in the files of [`super::study`].
+//! Nothing is run: what is needed stands in the files of [`super::study`]. A map is fitted to other seeds
+//! than those that it is judged by.
 
 use lacuna_discrepancy::diagnosis::{FormulaFit, Support};
 use lacuna_discrepancy::probability::{Cases, ProbabilityMap, features};
@@ -23,6 +24,8 @@ use std::path::{Path, PathBuf};
 use super::ConcealedError;
 use super::print;
 use super::reliability::{Claim, Reliability};
+use super::row::Row;
+use super::score::Match;
 use super::study::Results;
 use crate::{StudyError, output};
 
@@ -127,9 +130,9 @@ impl Sample {
 
 /// The findings of a study that say what they rest on.
 fn judged(results: &Results) -> Vec<Judged> {
-    let of_row = |r: &super::row::Row| {
+    let of_row = |r: &Row| {
         let formula = r.formula;
-        let judge = move |m: &super::score::Match| {
+        let judge = |m: &Match| {
             Some(Judged {
                 support: m.support?,
                 formula: formula?,
@@ -244,7 +247,10 @@ fn logistic(z: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::concealed::score::Score;
+    use crate::concealed::sealed::{Group, Matter};
     use rand::RngExt;
+    use std::collections::BTreeMap;
 
     fn judged(log_odds: f64, left: f64, part: f64, right: bool) -> Judged {
         Judged {
@@ -305,5 +311,72 @@ mod tests {
         let map = fitted(&findings, String::new());
         let p = said(&map, &findings[97]);
         assert!(p <= 99.0 / 100.0 && p > 0.97, "{p}");
+    }
+
+    /// Results of three cases of a seed, each with a right finding.
+    fn results(seed: u64, support: Option<Support>) -> Results {
+        let row = || Row {
+            case: String::new(),
+            plant: String::new(),
+            group: Group::Catalogue,
+            topic: String::new(),
+            matter: Matter::MissingPhysics,
+            truth: vec![],
+            model_gap_over_noise: 5.0,
+            verdict: None,
+            findings: vec![],
+            formula: Some(FormulaFit { left: 0.01, residual_over_noise: 1.0 }),
+            score: Score {
+                matches: vec![Match {
+                    truth: None,
+                    found: None,
+                    right: true,
+                    probability: Some(0.9),
+                    support,
+                }],
+                ..Score::default()
+            },
+            f1: vec![],
+            before_over_noise: None,
+            after_over_noise: None,
+            seconds: 1.0,
+            crash: None,
+            peer: Score::default(),
+            peer_failed: false,
+        };
+        Results {
+            experiment: String::new(),
+            command: String::new(),
+            tool: String::new(),
+            seeds: vec![seed],
+            cases: 3,
+            groups: BTreeMap::new(),
+            reliability: Reliability::of(&[]),
+            confusion: BTreeMap::new(),
+            rows: vec![row(), row(), row()],
+        }
+    }
+
+    #[test]
+    fn files_make_a_map_that_says_what_it_is_of() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, results: &Results| {
+            output::write_json(folder.path(), name, results).unwrap()
+        };
+        let support = Some(Support { log_odds: 40.0, part: 1.0 });
+        let fit = [write("a", &results(101, support)), write("b", &results(102, support))];
+        let check = [write("c", &results(103, support))];
+        let map = folder.path().join("map.json");
+        run(&fit, &check, &map).unwrap();
+        let read: ProbabilityMap = output::read_json(&map).unwrap();
+        assert_eq!((&read.fitted_to.seeds[..], read.fitted_to.right), (&[101, 102][..], 6));
+        let checked = read.checked_on.as_ref().unwrap();
+        assert_eq!((&checked.seeds[..], checked.findings), (&[103][..], 3));
+        // Six of six: Laplace's rule says seven of eight.
+        assert!((read.ceiling - 7.0 / 8.0).abs() < 1e-12);
+        assert!(read.command.contains("--check") && read.command.contains("a.json"));
+        let bare = write("bare", &results(104, None));
+        let said = run(&[bare], &[], &map).unwrap_err().to_string();
+        assert!(said.contains("bare.json") && said.contains("evidence"), "{said}");
     }
 }
