@@ -15,7 +15,7 @@ const BAD: &str = "1;33";
 const DIM: &str = "2";
 
 /// A diagnosis in about ten lines of at most 100 columns: the verdict, each finding with its
-/// parameters, probability and rivals, parameters that moved, the fit on held-out recordings
+/// parameters, probability and rivals, how well the formulas fit, parameters that moved, the fit on held-out recordings
 /// before and after against the noise, and the notes. With `colour`, in ANSI colours.
 #[must_use]
 pub fn summary(diagnosis: &Diagnosis, colour: bool) -> String {
