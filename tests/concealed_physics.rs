@@ -38,7 +38,8 @@ fn the_command_can_read_the_cases() {
 fn two_cases_from_end_to_end() {
     let directory = tempfile::tempdir().unwrap();
     let settings = Settings {
-        cases: 2,
+        cases: 1,
+        seeds: vec![SEED, SEED + 1],
         group: Some(Group::Null),
         jobs: 1,
         lacuna: Some(lacuna()),
@@ -50,7 +51,7 @@ fn two_cases_from_end_to_end() {
     let results = directory.path().join(NAME);
     let text = std::fs::read_to_string(results.join("statistics.json")).unwrap();
     let read: Results = serde_json::from_str(&text).unwrap();
-    assert_eq!((read.cases, read.rows.len(), read.seed), (2, 2, SEED));
+    assert_eq!((read.cases, read.rows.len(), &read.seeds), (2, 2, &settings.seeds));
     assert!(read.command.contains("--group null"));
     for row in &read.rows {
         assert_eq!(row.crash, None);

@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use crate::concealed::{self, sealed::Group};
 use crate::manipulator_realtime::Evaluator;
 use crate::{
-    StudyError, duffing, duffing_montecarlo, lambda_ablation, manipulator, manipulator_ctc,
-    manipulator_large, manipulator_realtime, noise_sweep, speed,
+    StudyError, ablation, duffing, duffing_montecarlo, lambda_ablation, manipulator,
+    manipulator_ctc, manipulator_large, manipulator_realtime, noise_sweep, speed,
 };
 
 /// The studies of Lacuna. Statistics go to DIR/NAME.json, figures to DIR/figures.
@@ -92,6 +92,9 @@ enum Study {
         /// Number of cases; case k draws from random stream k.
         #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
         cases: u64,
+        /// Draw so many cases from each of these seeds, in place of --seed.
+        #[arg(long, value_name = "SEED", value_delimiter = ',', conflicts_with = "seed")]
+        seeds: Vec<u64>,
         /// Family of cases.
         #[arg(long, value_enum, default_value_t = Family::All)]
         group: Family,
@@ -109,8 +112,43 @@ enum Study {
         keep: Option<PathBuf>,
         /// Make DIR/concealed-physics/regression.json again, which tests hold each change against: 24 cases from a
         /// seed of their own.
-        #[arg(long, conflicts_with_all = ["cases", "group", "seed", "timeout", "keep"])]
+        #[arg(long, conflicts_with_all = ["cases", "group", "seed", "seeds", "timeout", "keep"])]
         regression: bool,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Fit the map from the evidence for a finding to the probability that is told of it, to files of
+    /// results of concealed-physics; nothing is run. The map is part of the source: build again.
+    Calibration {
+        /// Files of results, statistics.json, of the seeds to fit to.
+        #[arg(required = true, value_name = "FILE")]
+        fit: Vec<PathBuf>,
+        /// Files of other seeds, to see how the map does where it was not fitted.
+        #[arg(long, value_name = "FILE", num_args = 1..)]
+        check: Vec<PathBuf>,
+        /// The map.
+        #[arg(
+            long,
+            value_name = "FILE",
+            default_value = "crates/discrepancy/src/probability.json"
+        )]
+        map: PathBuf,
+    },
+    /// Each number that decides what `lacuna diagnose` names, halved and doubled, on drawn cases:
+    /// what becomes of names, verdicts and errors? Results go to DIR/ablation, anew after each setting.
+    Ablation {
+        /// Number of cases; case k draws from random stream k.
+        #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+        cases: u64,
+        /// Numbers to move; by default all.
+        #[arg(long, value_name = "NAME", value_delimiter = ',')]
+        fields: Vec<String>,
+        /// Threads, each with one case at a time.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        jobs: u64,
+        /// Go on behind the last setting that DIR/ablation has of the same cases.
+        #[arg(long)]
+        resume: bool,
         #[command(flatten)]
         common: Common,
     },
@@ -192,13 +230,29 @@ pub fn run() -> ExitCode {
         Study::ConcealedPhysics { regression: true, jobs, lacuna, common, .. } => {
             concealed::regression::run(lacuna, jobs as usize, &common)
         }
-        Study::ConcealedPhysics { cases, group, jobs, lacuna, timeout, keep, common, .. } => {
+        Study::ConcealedPhysics {
+            cases,
+            seeds,
+            group,
+            jobs,
+            lacuna,
+            timeout,
+            keep,
+            common,
+            ..
+        } => {
             let (cases, jobs) = (cases as usize, jobs as usize);
+            let seeds = if seeds.is_empty() { vec![common.seed] } else { seeds };
             let group = group.group();
             concealed::run(
-                &concealed::Settings { cases, group, jobs, lacuna, timeout, keep },
+                &concealed::Settings { cases, seeds, group, jobs, lacuna, timeout, keep },
                 &common,
             )
+        }
+        Study::Calibration { fit, check, map } => concealed::calibration::run(&fit, &check, &map),
+        Study::Ablation { cases, fields, jobs, resume, common } => {
+            let (cases, jobs) = (cases as usize, jobs as usize);
+            ablation::run(&ablation::Settings { cases, fields, jobs, resume }, &common)
         }
         Study::Speed { trials, trajectories, peer, seed } => {
             speed::run(&speed::Settings { trials, trajectories, peer, seed })

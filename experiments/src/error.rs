@@ -72,6 +72,22 @@ pub enum StudyError {
         /// Why.
         source: serde_json::Error,
     },
+    /// A file of results does not hold what is looked for.
+    #[error("{path} holds other results than these")]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// There is no number that decides of this name.
+    #[error("no number that decides is called '{name}'; there are {known}")]
+    NoField {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
     /// A result has no JSON form.
     #[error("cannot write {path} as JSON")]
     Json {

@@ -16,12 +16,14 @@
 //! | manipulator under computed torque | [`manipulator_ctc`] | joint angles after 5 s and 10 s |
 //! | the same at 10 kHz | [`manipulator_realtime`] | how long the control law takes |
 //! | concealed physics | [`concealed`] | what `lacuna diagnose` finds of physics that was hidden from it |
+//! | numbers that decide | [`ablation`] | the same with each halved and doubled |
 //!
 //! Each study draws its data ([`duffing_data`], [`manipulator_data`]), identifies a model by each
 //! of the [`recipes`] (the paper's, and [`sindy`] in two forms), and writes statistics to `results/NAME.json` and figures to
 //! `results/figures`. Everything follows from one seed, whatever the number of threads. Run them
 //! with `cargo run -p experiments -- NAME`.
 
+pub mod ablation;
 pub mod cli;
 pub mod concealed;
 pub mod duffing;

@@ -1,7 +1,8 @@
-//! Writing results: whole or not at all.
+//! Reading results, and writing them: whole or not at all.
 
 use crate::StudyError;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -15,11 +16,30 @@ pub fn write_json(
     value: &impl Serialize,
 ) -> Result<PathBuf, StudyError> {
     let path = directory.join(format!("{name}.json"));
-    let mut text = serde_json::to_string_pretty(value)
-        .map_err(|source| StudyError::Json { path: path.clone(), source })?;
-    text.push('\n');
-    replace(&path, &text)?;
+    write_json_to(&path, value)?;
     Ok(path)
+}
+
+/// Write `value` as indented JSON to a file.
+///
+/// # Errors
+/// [`StudyError::Write`] when the file cannot be written.
+pub fn write_json_to(path: &Path, value: &impl Serialize) -> Result<(), StudyError> {
+    let mut text = serde_json::to_string_pretty(value)
+        .map_err(|source| StudyError::Json { path: path.to_path_buf(), source })?;
+    text.push('\n');
+    replace(path, &text)
+}
+
+/// Read what a JSON file holds.
+///
+/// # Errors
+/// [`StudyError::Read`] and [`StudyError::Content`] for a file that is not there or holds something else.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, StudyError> {
+    let text = fs::read_to_string(path)
+        .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
+    serde_json::from_str(&text)
+        .map_err(|source| StudyError::Content { path: path.to_path_buf(), source })
 }
 
 /// Write a picture to `directory/figures/name.svg` and return the path.
@@ -65,8 +85,9 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         write_json(directory.path(), "study", &1).unwrap();
         let path = write_json(directory.path(), "study", &[1, 2]).unwrap();
-        let read: Vec<u32> = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
-        assert_eq!(read, [1, 2]);
+        assert_eq!(read_json::<Vec<u32>>(&path).unwrap(), [1, 2]);
+        let said = read_json::<String>(&path).unwrap_err().to_string();
+        assert!(said.contains("study.json"), "{said}");
         let figure = write_figure(directory.path(), "plot", "<svg/>").unwrap();
         assert_eq!(fs::read_to_string(figure).unwrap(), "<svg/>");
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 2);

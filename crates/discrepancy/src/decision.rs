@@ -1,7 +1,8 @@
 //! The numbers that decide: all that is not mathematics, in one place, each with its reason.
 //!
 //! What the search finds must not hang on any of them. They are fields and no constants, so that a
-//! study can move them ([`crate::diagnose::Options`]).
+//! study can move them ([`crate::diagnose::Options`], [`FIELDS`]): `experiments -- ablation` halves
+//! and doubles each.
 
 /// The numbers that decide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,5 +53,86 @@ impl Default for Decision {
             screening_error: 0.6,
             window_misfit: 0.02,
         }
+    }
+}
+
+/// A field that is a real number.
+macro_rules! real {
+    ($name:ident) => {
+        Field { name: stringify!($name), get: |d| d.$name, set: |d, value| d.$name = value }
+    };
+}
+
+/// A number that decides, by its name.
+#[derive(Clone, Copy, Debug)]
+pub struct Field {
+    /// Its name, as a field of [`Decision`].
+    pub name: &'static str,
+    get: fn(&Decision) -> f64,
+    set: fn(&mut Decision, f64),
+}
+
+/// Every field of [`Decision`].
+pub const FIELDS: [Field; 10] = [
+    real!(prior_odds),
+    real!(tie),
+    real!(relevant),
+    real!(noise),
+    real!(explained),
+    real!(share),
+    real!(further_share),
+    Field {
+        name: "shortlist",
+        get: |d| d.shortlist as f64,
+        // A search with nothing to fit is none.
+        set: |d, value| d.shortlist = (value.round() as usize).max(1),
+    },
+    real!(screening_error),
+    real!(window_misfit),
+];
+
+impl Field {
+    /// Its value; a count as a real number.
+    #[must_use]
+    pub fn of(&self, decision: &Decision) -> f64 {
+        (self.get)(decision)
+    }
+
+    /// The decision with another value of it; a count is rounded, and at least 1.
+    #[must_use]
+    pub fn set(&self, decision: Decision, value: f64) -> Decision {
+        let mut decision = decision;
+        (self.set)(&mut decision, value);
+        decision
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Decision, FIELDS};
+
+    /// A new field of the struct that is not in the list is found by its name.
+    #[test]
+    fn every_field_is_in_the_list() {
+        let debug = format!("{:?}", Decision::default());
+        let inside = debug.trim_start_matches("Decision { ").trim_end_matches(" }");
+        let names: Vec<&str> =
+            inside.split(", ").filter_map(|pair| pair.split(": ").next()).collect();
+        assert_eq!(names, FIELDS.map(|f| f.name));
+    }
+
+    #[test]
+    fn each_field_is_read_and_set_alone() {
+        let plain = Decision::default();
+        for field in &FIELDS {
+            let doubled = field.set(plain, 2.0 * field.of(&plain));
+            for other in &FIELDS {
+                let factor = if other.name == field.name { 2.0 } else { 1.0 };
+                assert_eq!(other.of(&doubled), factor * other.of(&plain), "{}", other.name);
+            }
+        }
+        let few = FIELDS.iter().find(|f| f.name == "shortlist").unwrap();
+        assert_eq!(few.set(plain, 3.5).shortlist, 4);
+        assert_eq!(few.set(plain, 0.0).shortlist, 1);
     }
 }

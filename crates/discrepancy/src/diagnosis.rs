@@ -20,6 +20,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The missing physics, the most important first.
     pub findings: Vec<Finding>,
+    /// How well the formulas of the findings fit, whatever their names; none without findings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub formula: Option<FormulaFit>,
     /// Parameters that the recordings move, by name.
     pub calibration: BTreeMap<String, Calibration>,
     /// Where the mismatch is.
@@ -86,12 +89,17 @@ pub struct Finding {
     pub time: Option<f64>,
     /// Parameters by name.
     pub parameters: BTreeMap<String, Estimate>,
-    /// Probability of this class among its rivals.
+    /// Probability that this class on this channel is right, as often as such findings were in
+    /// drawn cases ([`crate::probability`]). What it and its rivals leave to 1 is the
+    /// probability that none of them is.
     pub probability: f64,
     /// Rivals, the most probable first.
     pub alternatives: Vec<Alternative>,
     /// Log evidence (nats) that it gains.
     pub evidence: f64,
+    /// What speaks for the class before it is calibrated on drawn cases.
+    #[serde(default)]
+    pub support: Support,
     /// The finding in words.
     pub says: String,
     /// What would tell it from its first rival, where the recordings leave that open.
@@ -100,6 +108,26 @@ pub struct Finding {
     /// The missing force along one variable, for a picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
+}
+
+/// What speaks for a finding's class: the evidence alone, before it is calibrated on drawn cases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Support {
+    /// Log odds (nats) of the class against all of its rivals and against nothing at all.
+    pub log_odds: f64,
+    /// Evidence that it gains, relative to the finding that gains most.
+    pub part: f64,
+}
+
+/// How well formulas fit: what the findings leave, all of them together, of the mismatch that the
+/// calibrated model has without them. A class may be beyond doubt whose formula is only nearly
+/// reality's.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FormulaFit {
+    /// Share of the mean square residual above the noise that is left on the training recordings.
+    pub left: f64,
+    /// Root mean square of what is left there with the noise, over the noise.
+    pub residual_over_noise: f64,
 }
 
 /// An experiment that would tell rivals apart: a sine on one input, and what it would show.
@@ -139,6 +167,9 @@ pub struct Alternative {
     pub channel: String,
     /// Its probability.
     pub probability: f64,
+    /// Nats by which it lies behind the finding.
+    #[serde(default)]
+    pub behind: f64,
 }
 
 /// A missing force over the variable it depends on: what the recordings show, learned

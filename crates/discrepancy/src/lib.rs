@@ -18,6 +18,7 @@
 //! | likelihood of the differential equation, evidence Z | [`likelihood`] |
 //! | occupation functionals with the Green's function as test function | [`screen::Screen`] |
 //! | forward selection, rivals, what is missed, folds | [`search::Search`] |
+//! | probability of a class, calibrated | [`probability::ProbabilityMap`] |
 //! | prior odds and the other numbers that decide | [`Decision`] |
 //! | free runs and windows | [`Predictor`], [`IdentifiedPredictor`] |
 //! | the whole ladder | [`diagnose::diagnose`] |
@@ -29,13 +30,14 @@
 pub mod candidates;
 pub mod colour;
 pub mod dataset;
-mod decision;
+pub mod decision;
 pub mod diagnose;
 pub mod diagnosis;
 mod error;
 pub mod likelihood;
 pub mod missing_force;
 pub mod prediction;
+pub mod probability;
 mod range;
 pub mod screen;
 pub mod search;

@@ -15,7 +15,7 @@ const BAD: &str = "1;33";
 const DIM: &str = "2";
 
 /// A diagnosis in about ten lines of at most 100 columns: the verdict, each finding with its
-/// parameters, probability and rivals, parameters that moved, the fit on held-out recordings
+/// parameters, probability and rivals, how well the formulas fit, parameters that moved, the fit on held-out recordings
 /// before and after against the noise, and the notes. With `colour`, in ANSI colours.
 #[must_use]
 pub fn summary(diagnosis: &Diagnosis, colour: bool) -> String {
@@ -24,6 +24,9 @@ pub fn summary(diagnosis: &Diagnosis, colour: bool) -> String {
     out.add(if good { GOOD } else { BAD }, 0, &words::verdict(diagnosis));
     for finding in &diagnosis.findings {
         out.add(BOLD, 2, &details(finding));
+    }
+    if let Some(formula) = words::formula(diagnosis) {
+        out.add("", 2, &sentence(&formula));
     }
     let experiment = diagnosis.findings.iter().find_map(|f| f.experiment.as_ref());
     if let Some(experiment) = experiment {
@@ -53,6 +56,13 @@ fn details(f: &Finding) -> String {
     parts.extend(words::part(f));
     parts.retain(|p| !p.is_empty());
     format!("{}: {}", words::name(f), parts.join("; "))
+}
+
+/// Words as a sentence.
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map_or(String::new(), |c| c.to_uppercase().to_string());
+    format!("{first}{}.", letters.as_str())
 }
 
 fn fit(out: &mut Lines, d: &Diagnosis) {

@@ -2,7 +2,8 @@
 
 use crate::number::{change, diverged, percent, plain, ratio, with_std};
 use lacuna_discrepancy::diagnosis::{
-    Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, ProofOutcome, Verdict,
+    Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, FormulaFit, ProofOutcome,
+    Verdict,
 };
 
 /// Rivals below this probability are left out of the summary.
@@ -13,6 +14,12 @@ const MOVED: f64 = 2.0;
 const VISIBLE: f64 = 5e-4;
 /// Share of the range seen below which an effect acts in a part of it.
 const LOCAL: f64 = 0.5;
+/// Root mean square residual, in units of the noise, up to which what is left is noise: its standard
+/// deviation is known to a few hundredths.
+const AS_NOISE: f64 = 1.025;
+/// Share of a mismatch below which what a formula leaves belongs to its shape: a tenth of the squares is a third
+/// of the amplitude, as between laws of one family.
+const NEARLY: f64 = 0.1;
 /// An error that falls by less than this share has not fallen.
 const FALLS: f64 = 0.05;
 
@@ -158,6 +165,28 @@ pub(crate) fn shift(c: &Calibration) -> String {
 pub fn name(finding: &Finding) -> String {
     let other = finding.other.as_ref().map_or_else(String::new, |o| format!(" and {o}"));
     format!("{} on {}{other}", class_words(&finding.class), finding.channel)
+}
+
+/// How well the formulas of the findings fit, whatever their names: `the formula is nearly right: it
+/// leaves 3 % of the mismatch, and 1.4 times the noise with it`.
+#[must_use]
+pub fn formula(d: &Diagnosis) -> Option<String> {
+    let FormulaFit { left, residual_over_noise } = d.formula?;
+    let (the, is, it, leaves) = match d.findings.len() {
+        0 | 1 => ("the formula", "is", "it", "leaves"),
+        _ => ("the formulas", "are", "they", "leave"),
+    };
+    if residual_over_noise < AS_NOISE {
+        let fits = if is == "is" { "fits" } else { "fit" };
+        return Some(format!("{the} {fits}: what {it} {leaves} is noise"));
+    }
+    let how = match left {
+        l if l < NEARLY => "nearly right",
+        l if l <= 0.5 => "not quite right",
+        _ => "not right",
+    };
+    let (left, times) = (percent(left), ratio(residual_over_noise));
+    Some(format!("{the} {is} {how}: {it} {leaves} {left} of the mismatch, {times} times the noise"))
 }
 
 /// The part of the range in which an effect acts, where that is less than half of what the

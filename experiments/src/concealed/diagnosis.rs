@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use lacuna_discrepancy::diagnosis::{FormulaFit, Support};
+
 use super::sealed::Name;
 
 /// A diagnosis.
@@ -12,6 +14,9 @@ pub struct Diagnosis {
     pub verdict: String,
     /// The missing physics.
     pub findings: Vec<Finding>,
+    /// How well the formulas fit.
+    #[serde(default)]
+    pub formula: Option<FormulaFit>,
 }
 
 /// A finding.
@@ -30,6 +35,8 @@ pub struct Finding {
     pub time: Option<f64>,
     /// Claimed probability.
     pub probability: Option<f64>,
+    /// What speaks for the class before calibration.
+    pub support: Option<Support>,
     /// Rivals, the most probable first.
     pub alternatives: Vec<Alternative>,
 }

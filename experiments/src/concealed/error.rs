@@ -37,6 +37,14 @@ pub enum ConcealedError {
         /// Why.
         source: std::io::Error,
     },
+    /// A file of results holds no finding with what it rests on.
+    #[error(
+        "{path} holds no finding with its evidence, which a probability could be calibrated with"
+    )]
+    NoEvidence {
+        /// The file.
+        path: PathBuf,
+    },
     /// A recording could not be written or read.
     #[error(transparent)]
     Recording(#[from] lacuna_recordings::RecordingError),

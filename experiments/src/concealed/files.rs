@@ -67,12 +67,9 @@ impl Folders {
     /// Break the seal.
     ///
     /// # Errors
-    /// [`StudyError::Read`] and [`StudyError::Json`] for a file that is gone or broken.
+    /// [`StudyError::Read`] and [`StudyError::Content`] for a file that is gone or broken.
     pub fn unseal(&self) -> Result<Sealed, StudyError> {
-        let path = self.sealed.join("truth.json");
-        let text = fs::read_to_string(&path)
-            .map_err(|source| StudyError::Read { path: path.clone(), source })?;
-        serde_json::from_str(&text).map_err(|source| StudyError::Json { path, source })
+        crate::output::read_json(&self.sealed.join("truth.json"))
     }
 }
 

@@ -16,7 +16,8 @@
 //! The case is written as files ([`files`]) with the truth in another directory. The command runs as a
 //! process of its own on the files ([`tool`]); then the seal is broken and names, verdicts, places,
 //! claimed probabilities and errors on sealed recordings are scored ([`score`], [`localise`],
-//! [`summary`]), as is the peers' way on the same files ([`peer`]).
+//! [`summary`], [`reliability`]), as is the peers' way on the same files ([`peer`]). From the files of
+//! results the map from evidence to probability is fitted ([`calibration`]).
 //!
 //! | group | conceals | right is |
 //! | --- | --- | --- |
@@ -27,6 +28,7 @@
 
 pub mod actuator;
 pub mod beyond;
+pub mod calibration;
 pub mod case;
 pub mod conceal;
 pub mod diagnosis;
@@ -46,6 +48,7 @@ pub mod plants;
 pub mod print;
 pub mod proportion;
 pub mod regression;
+pub mod reliability;
 pub mod rivals;
 pub mod row;
 pub mod scales;

@@ -1,6 +1,7 @@
 //! The results in words.
 
 use super::proportion::Proportion;
+use super::reliability::Reliability;
 use super::row::Row;
 use super::sealed::Name;
 use super::study::Results;
@@ -36,7 +37,7 @@ pub fn row(row: &Row) {
 
 /// The tables.
 pub fn results(results: &Results) {
-    println!("\n{} cases, seed {}, {}", results.cases, results.seed, results.tool);
+    println!("\n{} cases, seeds {:?}, {}", results.cases, results.seeds, results.tool);
     println!("counts with Wilson's 95 % interval\n");
     let order = ["catalogue", "off-formula", "local", "null", "all"];
     for name in order {
@@ -44,10 +45,21 @@ pub fn results(results: &Results) {
             group(name, summary);
         }
     }
-    println!("findings by the probability that they claim:");
-    for bin in &results.reliability {
-        let claimed = bin.claimed.map_or("-".to_owned(), |c| format!("{c:.3}"));
-        println!("  {:.2} to {:.2}: claimed {claimed:>6}, right {}", bin.from, bin.to, bin.right);
+    reliability("findings by the probability that they claim", &results.reliability);
+}
+
+/// The table of reliability.
+pub fn reliability(what: &str, r: &Reliability) {
+    let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
+    println!(
+        "{what}: {}, expected calibration error {}, Brier score {}",
+        r.findings,
+        number(r.calibration_error),
+        number(r.brier)
+    );
+    for bin in r.bins.iter().filter(|b| b.right.of > 0) {
+        let claimed = number(bin.claimed);
+        println!("  {:.2} to {:.2}: claimed {claimed}, right {}", bin.from, bin.to, bin.right);
     }
 }
 

@@ -56,7 +56,8 @@ pub struct Rates {
 /// # Errors
 /// [`StudyError`] when the tool is not there, or a case cannot be drawn or written.
 pub fn rates(lacuna: Option<PathBuf>, jobs: usize, quiet: bool) -> Result<Rates, StudyError> {
-    let settings = Settings { cases: CASES, group: None, jobs, lacuna, timeout: 600, keep: None };
+    let (cases, seeds) = (CASES, vec![SEED]);
+    let settings = Settings { cases, seeds, group: None, jobs, lacuna, timeout: 600, keep: None };
     let common = Common { seed: SEED, out: PathBuf::new(), quiet };
     Ok(Rates::of(&diagnosed(&settings, &common)?.rows))
 }

@@ -1,5 +1,6 @@
 //! One case from its files to its scores.
 
+use lacuna_discrepancy::diagnosis::FormulaFit;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -38,6 +39,9 @@ pub struct Row {
     pub verdict: Option<String>,
     /// What is found.
     pub findings: Vec<Name>,
+    /// How well the formulas of the findings fit.
+    #[serde(default)]
+    pub formula: Option<FormulaFit>,
     /// The score.
     pub score: Score,
     /// F1 of each local effect.
@@ -91,6 +95,7 @@ pub fn judge(tool: &Tool, folders: &Folders) -> Result<Row, StudyError> {
         model_gap_over_noise: truth.model_gap_over_noise,
         verdict: diagnosis.map(|d| d.verdict),
         findings: found.findings.iter().map(|f| f.name()).collect(),
+        formula: found.formula,
         score,
         f1,
         seconds,

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use lacuna_discrepancy::diagnosis::Support;
+
 use super::diagnosis::{Diagnosis, Finding};
 use super::sealed::{Matter, Name, Sealed, SealedEffect};
 
@@ -21,6 +23,9 @@ pub struct Match {
     pub right: bool,
     /// Claimed probability of the finding.
     pub probability: Option<f64>,
+    /// What spoke for its class before calibration.
+    #[serde(default)]
+    pub support: Option<Support>,
 }
 
 /// The score of a case.
@@ -87,6 +92,7 @@ fn answer(effect: Option<&SealedEffect>, finding: Option<&Finding>, right: bool)
         found: finding.map(Finding::name),
         right,
         probability: finding.and_then(|f| f.probability),
+        support: finding.and_then(|f| f.support),
     }
 }
 

@@ -10,9 +10,10 @@ use tempfile::TempDir;
 use super::case::{Case, Plan, plans};
 use super::files::Folders;
 use super::print;
+use super::reliability::{Reliability, claims};
 use super::row::{Row, judge};
 use super::sealed::Group;
-use super::summary::{Bin, Summary, confusion, reliability};
+use super::summary::{Summary, confusion};
 use super::tool::Tool;
 use crate::StudyError;
 use crate::cli::Common;
@@ -24,8 +25,10 @@ pub const NAME: &str = "concealed-physics";
 /// What to do.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Number of cases.
+    /// Number of cases of each seed.
     pub cases: usize,
+    /// Seeds that the cases are drawn from.
+    pub seeds: Vec<u64>,
     /// One family; none: all.
     pub group: Option<Group>,
     /// Cases at once.
@@ -47,14 +50,14 @@ pub struct Results {
     pub command: String,
     /// Version of the tool under test.
     pub tool: String,
-    /// Seed of all draws.
-    pub seed: u64,
-    /// Number of cases.
+    /// Seeds of all draws.
+    pub seeds: Vec<u64>,
+    /// Number of cases, of all seeds.
     pub cases: usize,
     /// Figures by family, and of all.
     pub groups: BTreeMap<String, Summary>,
     /// Findings by claimed probability.
-    pub reliability: Vec<Bin>,
+    pub reliability: Reliability,
     /// True class, then found class, then how often.
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
     /// Every case.
@@ -93,12 +96,12 @@ pub fn diagnosed(settings: &Settings, common: &Common) -> Result<Results, StudyE
     let rows = rows(settings, common, &tool, &work)?;
     Ok(Results {
         experiment: NAME.to_owned(),
-        command: command(settings, common),
+        command: command(settings),
         tool: tool.version()?,
-        seed: common.seed,
+        seeds: settings.seeds.clone(),
         cases: rows.len(),
         groups: groups(&rows),
-        reliability: reliability(&rows),
+        reliability: Reliability::of(&claims(&rows)),
         confusion: confusion(&rows),
         rows,
     })
@@ -136,11 +139,14 @@ fn rows(
     tool: &Tool,
     work: &Work,
 ) -> Result<Vec<Row>, StudyError> {
-    let plans = plans(common.seed, settings.cases, settings.group);
+    let of = |&seed: &u64| {
+        plans(seed, settings.cases, settings.group).into_iter().map(move |plan| (seed, plan))
+    };
+    let plans: Vec<(u64, Plan)> = settings.seeds.iter().flat_map(of).collect();
     let bar = progress::bar(plans.len(), "cases", common.quiet);
-    let one = |plan: &Plan| {
+    let one = |(seed, plan): &(u64, Plan)| {
         let folders = Folders::of(&work.open, &work.sealed, &plan.id);
-        folders.write(&Case::draw(common.seed, plan)?)?;
+        folders.write(&Case::draw(*seed, plan)?)?;
         let row = judge(tool, &folders)?;
         if !common.quiet {
             bar.suspend(|| print::row(&row));
@@ -166,10 +172,12 @@ fn groups(rows: &[Row]) -> BTreeMap<String, Summary> {
     groups
 }
 
-fn command(settings: &Settings, common: &Common) -> String {
+fn command(settings: &Settings) -> String {
     let group = settings.group.map_or("all", Group::name);
+    let seeds: Vec<String> = settings.seeds.iter().map(u64::to_string).collect();
     format!(
-        "cargo run --release -p experiments -- {NAME} --cases {} --seed {} --group {group}",
-        settings.cases, common.seed
+        "cargo run --release -p experiments -- {NAME} --cases {} --seeds {} --group {group}",
+        settings.cases,
+        seeds.join(",")
     )
 }

@@ -9,8 +9,6 @@ use super::score::{Match, Score};
 use super::sealed::Matter;
 use crate::statistics::quantile;
 
-/// Edges of the bins of claimed probability.
-const EDGES: [f64; 6] = [0.0, 0.5, 0.8, 0.95, 0.99, 1.0];
 /// An augmented model within this many noise standard deviations counts as right.
 const RIGHT: f64 = 1.2;
 /// What stands for nothing in the confusion matrix.
@@ -116,40 +114,6 @@ impl Names {
             null_with_findings: Proportion::new(found, null.count()),
         }
     }
-}
-
-/// A bin of the reliability table: findings by the probability that they claim.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct Bin {
-    /// Claimed probabilities from this one, to the next edge.
-    pub from: f64,
-    /// The upper edge; the last bin holds it.
-    pub to: f64,
-    /// Mean of the claimed probabilities; none in an empty bin.
-    pub claimed: Option<f64>,
-    /// Findings that are right.
-    pub right: Proportion,
-}
-
-/// Findings by the probability that they claim: how many of them are right.
-pub fn reliability(rows: &[Row]) -> Vec<Bin> {
-    let claims: Vec<(f64, bool)> = rows
-        .iter()
-        .flat_map(|r| &r.score.matches)
-        .filter_map(|m| Some((m.probability?, m.right)))
-        .collect();
-    let bin = |edge: &[f64]| {
-        let inside = |p: f64| p >= edge[0] && (p < edge[1] || (edge[1] == 1.0 && p == 1.0));
-        let of: Vec<_> = claims.iter().filter(|(p, _)| inside(*p)).collect();
-        let sum: f64 = of.iter().map(|(p, _)| p).sum();
-        Bin {
-            from: edge[0],
-            to: edge[1],
-            claimed: (!of.is_empty()).then(|| sum / of.len() as f64),
-            right: Proportion::new(of.iter().filter(|(_, right)| *right).count(), of.len()),
-        }
-    };
-    EDGES.windows(2).map(bin).collect()
 }
 
 /// The confusion matrix: how often what is found in the place of each true class. An accepted

@@ -1,11 +1,12 @@
 //! Figures of the proof on concealed physics.
 
-use lacuna_charts::{Axis, Colour, Figure, Line, Matrix, Size, Style, Surface, matrix_svg};
+use lacuna_charts::{Axis, Colour, Figure, Line, Matrix, Style, Surface, matrix_svg};
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::drawn;
+use super::side_by_side;
 use crate::StudyError;
-use crate::concealed::summary::{Bin, NOTHING};
+use crate::concealed::reliability::{Bin, Reliability};
+use crate::concealed::summary::NOTHING;
 
 /// True classes against found ones.
 pub fn confusion(confusion: &BTreeMap<String, BTreeMap<String, usize>>) -> String {
@@ -39,39 +40,50 @@ fn last_nothing<'a>(classes: impl Iterator<Item = &'a String>) -> Vec<String> {
     classes
 }
 
-/// Claimed probability of findings against the share that is right, with Wilson's intervals.
+/// Claimed probability of findings against the share that is right, with Wilson's intervals, and beside it how
+/// many findings claim so much.
 ///
 /// # Errors
 /// [`StudyError::Figure`] when it cannot be drawn.
-pub fn reliability(bins: &[Bin]) -> Result<String, StudyError> {
+pub fn reliability(reliability: &Reliability) -> Result<String, StudyError> {
+    let bins = &reliability.bins;
     let points = bins.iter().filter_map(|b| Some((b.claimed?, b.right.share?)));
     let ideal = vec![(0.0, 0.0), (1.0, 1.0)];
+    let stem = |x, low, high| Line::new("", Colour::Blue, Style::Thin, vec![(x, low), (x, high)]);
     let mut lines = vec![
         Line::new("as claimed", Colour::Ink, Style::Dashed, ideal),
         Line::new("findings by claimed probability", Colour::Blue, Style::Joined, points.collect()),
     ];
-    for bin in bins {
-        if let (Some(claimed), Some([low, high])) = (bin.claimed, bin.right.interval) {
-            let interval = vec![(claimed, low), (claimed, high)];
-            lines.push(Line::new("", Colour::Blue, Style::Thin, interval));
-        }
-    }
-    drawn(&Figure {
-        description: "Share of right findings against the probability that they claim.".into(),
-        title: "Concealed physics: reliability".into(),
-        size: Size::Wide,
+    lines.extend(bins.iter().filter_map(|b| {
+        let [low, high] = b.right.interval?;
+        Some(stem(b.claimed?, low, high))
+    }));
+    let error = reliability.calibration_error.map_or("-".to_owned(), |e| format!("{e:.3}"));
+    let claimed = || Axis::linear("claimed probability (mean of a bin)", "");
+    let shares = Figure {
+        title: format!("Concealed physics: expected calibration error {error}"),
         lines,
-        ..Figure::new(
-            Axis::linear("claimed probability (mean of a bin)", ""),
-            Axis::linear("share of right findings, 95 % interval", ""),
-        )
-    })
+        ..Figure::new(claimed(), Axis::linear("share of right findings, 95 % interval", ""))
+    };
+    let many = |b: &Bin| Some((b.claimed?, b.right.of as f64));
+    let counted: Vec<(f64, f64)> = bins.iter().filter_map(many).collect();
+    let mut lines = vec![Line::new("", Colour::Blue, Style::Dots, counted.clone())];
+    lines.extend(counted.into_iter().map(|(x, count)| stem(x, 0.0, count)));
+    let counts = Figure {
+        title: format!("{} findings", reliability.findings),
+        lines,
+        ..Figure::new(claimed(), Axis::linear("findings of the bin", ""))
+    };
+    let description =
+        "Share of right findings against the probability that they claim, and their number.";
+    let both = if reliability.findings > 0 { vec![shares, counts] } else { vec![shares] };
+    side_by_side(description, both)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::concealed::proportion::Proportion;
+    use crate::concealed::reliability::Claim;
 
     #[test]
     fn figures_hold_what_they_are_given() {
@@ -84,12 +96,12 @@ mod tests {
         ]);
         let svg = confusion(&matrix);
         assert!(svg.contains("viscous_friction") && svg.contains(NOTHING));
-        let bin = |from: f64, count| Bin {
-            from,
-            to: 1.0,
-            claimed: (count > 0).then_some(0.9),
-            right: Proportion::new(count, count),
-        };
-        assert!(reliability(&[bin(0.0, 0), bin(0.5, 4)]).unwrap().contains("as claimed"));
+        let claim = |probability, right| Claim { probability, right };
+        let claims = [claim(0.6, true), claim(0.97, true), claim(0.96, false)];
+        assert!(reliability(&Reliability::of(&[])).unwrap().contains("as claimed"));
+        let svg = reliability(&Reliability::of(&claims)).unwrap();
+        for words in ["as claimed", "3 findings", "expected calibration error 0.443"] {
+            assert!(svg.contains(words), "{words}");
+        }
     }
 }

@@ -2,8 +2,9 @@
 
 use super::location;
 use super::outcome::Ladder;
-use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding};
+use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding, FormulaFit, Support};
 use crate::missing_force::{Belief, MissingForce};
+use crate::probability::{self, ProbabilityMap};
 use crate::screen::Over;
 use crate::search::{Named, Rival};
 use crate::trajectories::SmoothedRecording;
@@ -12,10 +13,11 @@ use lacuna_effects::{At, Channel, Kind, Law, Variable};
 use lacuna_plants::model::ModelEffect;
 use std::collections::BTreeMap;
 
-/// Odds that no class of the catalogue is the right one, however far all rivals lie behind.
-const NONE_OF_THESE: f64 = 0.02;
-/// Probability below which an experiment is suggested.
-const UNDECIDED: f64 = 0.95;
+/// Probability of a rival below which it is left out.
+const WORTH_A_WORD: f64 = 1e-4;
+/// Log odds (nats) below which the recordings leave open which rival it is, and an experiment is
+/// suggested: 19 to 1.
+const UNDECIDED: f64 = 2.944;
 
 impl Ladder<'_> {
     pub(super) fn findings(&self) -> Vec<Finding> {
@@ -47,7 +49,9 @@ impl Ladder<'_> {
                 (p.name.to_owned(), Estimate { value: *value, std, unit: unit.clone() })
             })
             .collect();
-        let (probability, alternatives) = self.odds(&named.rivals);
+        let support = self.support(named);
+        let probability = ProbabilityMap::fitted().probability(&support, &self.formula());
+        let alternatives = self.alternatives(probability, &named.rivals);
         let curve = self.curve(k, e);
         let mut says = words::says(e, &new, self.problem.model);
         if let (Some(curve), Some(over)) = (&curve, e.over()) {
@@ -63,8 +67,9 @@ impl Ladder<'_> {
             probability,
             alternatives,
             evidence: named.gain,
+            support,
             curve,
-            experiment: self.experiment(probability, named),
+            experiment: self.experiment(&support, named),
             channel: new.channel,
             other: new.other,
             parameters,
@@ -72,40 +77,48 @@ impl Ladder<'_> {
         }
     }
 
-    /// Probability of a class among its rivals, and theirs.
-    fn odds(&self, rivals: &[Rival]) -> (f64, Vec<Alternative>) {
+    /// Rivals of a class of a probability, with theirs.
+    fn alternatives(&self, probability: f64, rivals: &[Rival]) -> Vec<Alternative> {
         let model = self.problem.model;
-        let weights: Vec<f64> = rivals.iter().map(|r| (-r.behind).exp()).collect();
-        let total = 1.0 + weights.iter().sum::<f64>() + self.none_of_these();
+        let behind: Vec<f64> = rivals.iter().map(|r| r.behind).collect();
+        let of_rivals = probability::rivals(probability, &behind);
         let mut alternatives: Vec<Alternative> = rivals
             .iter()
-            .zip(&weights)
-            .map(|(Rival { candidate: c, .. }, w)| Alternative {
+            .zip(of_rivals)
+            .filter(|(_, probability)| *probability > WORTH_A_WORD)
+            .map(|(Rival { candidate: c, behind, .. }, probability)| Alternative {
                 class: c.effect.class.to_owned(),
                 channel: model.effect_channel_name(c.effect, c.channel).to_owned(),
-                probability: w / total,
+                probability,
+                behind: *behind,
             })
-            .filter(|a| a.probability > 1e-4)
             .collect();
-        alternatives.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        (1.0 / total, alternatives)
+        alternatives.sort_by(|a, b| a.behind.total_cmp(&b.behind));
+        alternatives
     }
 
-    /// Odds that the right class is none of those that were compared: what the findings leave of
-    /// the mismatch speaks for it.
-    pub(super) fn none_of_these(&self) -> f64 {
-        const MOST: f64 = 0.9;
+    /// What speaks for a class by the evidence alone.
+    fn support(&self, named: &Named) -> Support {
+        let nothing = named.gain - self.decision.prior_odds;
+        let behind = named.rivals.iter().map(|r| r.behind).chain([nothing]);
+        let most = self.found.named.iter().map(|n| n.gain).fold(named.gain, f64::max);
+        let part = if most > 0.0 { (named.gain / most).max(0.0) } else { 1.0 };
+        Support { log_odds: probability::log_odds(behind), part }
+    }
+
+    /// What the findings leave of the mismatch.
+    pub(super) fn formula(&self) -> FormulaFit {
         let excess = |reduced: f64| (reduced - 1.0).max(0.0);
         let before = excess(self.found.calibrated.reduced());
         let after = excess(self.found.chosen.reduced());
-        let left = if before > 0.0 { (after / before).min(MOST) } else { 0.0 };
-        NONE_OF_THESE + left / (1.0 - left)
+        let left = if before > 0.0 { (after / before).min(1.0) } else { 0.0 };
+        FormulaFit { left, residual_over_noise: self.found.chosen.reduced().sqrt() }
     }
 
     /// What would tell an effect from its first rival, where the recordings leave that open.
-    fn experiment(&self, probability: f64, named: &Named) -> Option<Experiment> {
+    fn experiment(&self, support: &Support, named: &Named) -> Option<Experiment> {
         let first = named.rivals.iter().min_by(|a, b| a.behind.total_cmp(&b.behind))?;
-        if probability > UNDECIDED {
+        if support.log_odds > UNDECIDED {
             return None;
         }
         self.separating(&self.found.chosen.hypothesis, &first.hypothesis)

@@ -19,6 +19,9 @@ use std::collections::BTreeMap;
 /// few digits.
 const ROUNDING: f64 = 0.05;
 
+/// Share of the mismatch beyond which findings leave more than they explain.
+const MOST: f64 = 0.5;
+
 /// All that the diagnosis is made of.
 pub(super) struct Ladder<'a> {
     pub problem: &'a Problem<'a>,
@@ -80,6 +83,7 @@ impl<'a> Ladder<'a> {
             model: self.problem.model.name.clone(),
             verdict,
             location: self.location(&findings),
+            formula: (!findings.is_empty()).then(|| self.formula()),
             findings,
             calibration: if keep { BTreeMap::new() } else { self.calibration() },
             proof: proved.outcome,
@@ -114,7 +118,7 @@ impl<'a> Ladder<'a> {
             Verdict::NoMismatch => Handed::Given,
             Verdict::Miscalibrated => Handed::Chosen,
             Verdict::MissingPhysics | Verdict::SensorFault | Verdict::Unexplained => {
-                if self.none_of_these() > 1.0 { Handed::Given } else { Handed::Chosen }
+                if self.formula().left > MOST { Handed::Given } else { Handed::Chosen }
             }
         }
     }

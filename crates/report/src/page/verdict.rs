@@ -71,7 +71,9 @@ fn tiles(d: &Diagnosis) -> Markup {
                 @let (number, about) = held_out(channel, fit);
                 (tile("Error on held-out recordings", &number, &about))
             }
-            @if let (Some(rest), true) = (unexplained, d.verdict != Verdict::NoMismatch) {
+            @if let (Some(fit), Some(words)) = (&d.formula, words::formula(d)) {
+                (tile("How well it fits", &format!("{} left", percent(fit.left)), &words))
+            } @else if let (Some(rest), true) = (unexplained, d.verdict != Verdict::NoMismatch) {
                 (tile("Still unexplained", &percent(rest.share), "of the mismatch"))
             }
         }

@@ -67,11 +67,18 @@ pub fn missing() -> Diagnosis {
                 class: "stribeck_friction".into(),
                 channel: "q".into(),
                 probability: 0.026,
+                behind: 3.6,
             },
-            Alternative { class: "cogging".into(), channel: "q".into(), probability: 0.0007 },
+            Alternative {
+                class: "cogging".into(),
+                channel: "q".into(),
+                probability: 0.0007,
+                behind: 7.2,
+            },
         ],
         experiment: None,
         evidence: 8423.0,
+        support: Support { log_odds: 3.6, part: 1.0 },
         says: "Dry (Coulomb) friction on q is missing from emps: magnitude 20.41 +- 0.12 N.".into(),
         curve: Some(friction_curve()),
     };
@@ -93,6 +100,7 @@ pub fn missing() -> Diagnosis {
         model: "emps".into(),
         verdict: Verdict::MissingPhysics,
         findings: vec![finding],
+        formula: Some(FormulaFit { left: 0.031, residual_over_noise: 1.43 }),
         calibration: map([
             ("mass", calibration(95.1, 95.45, 0.31, "kg")),
             ("viscous", calibration(203.5, 214.2, 1.9, "N s/m")),
@@ -167,6 +175,7 @@ pub fn null() -> Diagnosis {
     let mut d = missing();
     d.verdict = Verdict::NoMismatch;
     d.findings.clear();
+    d.formula = None;
     d.calibration.clear();
     d.notes.clear();
     d.ladder.clear();
@@ -193,6 +202,7 @@ pub fn unexplained() -> Diagnosis {
     d.verdict = Verdict::Unexplained;
     d.model = "arm <script>alert(1)</script> & \"sons\"".into();
     d.findings.clear();
+    d.formula = None;
     d.location.channels.values_mut().for_each(|m| {
         m.explained_by.clear();
         m.curves = vec![lawless("dq", "m/s"), lawless("t", "s")];

@@ -1,7 +1,7 @@
 //! The terminal summary says all that matters in lines that fit.
 
 use crate::cases::{missing, null, two_findings, unexplained};
-use lacuna_discrepancy::diagnosis::Verdict;
+use lacuna_discrepancy::diagnosis::{FormulaFit, Verdict};
 use lacuna_report::summary;
 
 #[test]
@@ -16,6 +16,7 @@ fn a_finding_is_told_with_its_numbers() {
         "smoothing velocity 0.00412 ± 0.00031 m/s",
         "probability 97 %",
         "or stribeck_friction on q 3 %",
+        "The formula is nearly right: it leaves 3 % of the mismatch, 1.4 times the noise.",
         "viscous is 214.2 ± 1.9 N s/m instead of 203.5 (+5.3 %)",
         "0.0873 -> 0.000412 m running free; noise 2.10e-5 m",
         "Note: Stribeck friction cannot be excluded",
@@ -25,6 +26,25 @@ fn a_finding_is_told_with_its_numbers() {
     }
     assert!(!text.contains("cogging"), "a rival below 2 % is left out");
     assert!(!text.contains("mass is"), "a parameter within 2 std is left out");
+}
+
+/// How sure the class is and how well its formula fits are two things.
+#[test]
+fn what_a_formula_leaves_is_told_beside_the_probability_of_its_class() {
+    let told = |left, residual_over_noise| {
+        let mut d = missing();
+        d.formula = Some(FormulaFit { left, residual_over_noise });
+        summary(&d, false).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    for text in [told(0.0, 1.01), told(0.3, 2.0), told(0.8, 40.0)] {
+        assert!(text.contains("probability 97 %"), "{text}");
+    }
+    assert!(told(0.004, 1.01).contains("The formula fits: what it leaves is noise."));
+    assert!(told(0.3, 2.0).contains("The formula is not quite right: it leaves 30 %"));
+    assert!(told(0.8, 40.0).contains("The formula is not right: it leaves 80 %"));
+    let two = summary(&two_findings(), false);
+    assert!(two.contains("The formulas are nearly right: they leave 3 %"), "{two}");
+    assert!(!summary(&null(), false).contains("formula"));
 }
 
 #[test]
@@ -72,7 +92,7 @@ fn lines_fit_the_terminal_and_stay_few() {
     for d in [missing(), two_findings(), null(), unexplained()] {
         let text = summary(&d, false);
         assert!(text.lines().all(|l| l.chars().count() <= 100), "{text}");
-        assert!(text.lines().count() <= 12, "{text}");
+        assert!(text.lines().count() <= 13, "{text}");
         assert!(!text.contains('\u{1b}'));
     }
 }

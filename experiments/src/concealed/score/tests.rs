@@ -45,7 +45,7 @@ fn finding(class: &str, channel: &str) -> Finding {
 }
 
 fn diagnosis(verdict: &str, findings: Vec<Finding>) -> Diagnosis {
-    Diagnosis { verdict: verdict.to_owned(), findings }
+    Diagnosis { verdict: verdict.to_owned(), findings, formula: None }
 }
 
 #[test]
