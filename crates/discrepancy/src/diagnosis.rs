@@ -36,6 +36,9 @@ pub struct Diagnosis {
     /// How the mismatch splits up: shares of the misfit on the training recordings that
     /// calibration takes away, each finding takes away, and that remain above the noise.
     pub ladder: Vec<Rung>,
+    /// What drives the machine beside what was recorded.
+    #[serde(default)]
+    pub driving: Driving,
     /// What was used and how it was treated.
     pub data: DataUsed,
     /// What these data cannot tell, and anything the reader must know.
@@ -56,6 +59,39 @@ pub enum Verdict {
     SensorFault,
     /// The model is wrong in a way that the catalogue does not explain.
     Unexplained,
+}
+
+/// What drives the machine beside what was recorded, as far as the likelihood tells; nothing where
+/// the recorded inputs alone do.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Driving {
+    /// Noise on the recorded inputs, by name: the machine got something else.
+    pub inputs: BTreeMap<String, InputNoise>,
+    /// White random forces, by the channel that they act on.
+    pub forces: BTreeMap<String, RandomForce>,
+}
+
+/// Noise on a recorded input.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InputNoise {
+    /// Standard deviation, each sample apart.
+    pub std: f64,
+    /// The same as a share of the input's own standard deviation.
+    pub share: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// A white random force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RandomForce {
+    /// Root of its spectral density: over t seconds its mean has this over the root of t as its
+    /// standard deviation.
+    pub intensity: f64,
+    /// Its standard deviation over one sample as a share of the force that moves the channel.
+    pub share: f64,
+    /// Unit.
+    pub unit: String,
 }
 
 /// What recordings that nothing was fitted to and nothing was chosen by say of the decided model.

@@ -108,9 +108,8 @@ impl Ladder<'_> {
 
     /// What the findings leave of the mismatch.
     pub(super) fn formula(&self) -> FormulaFit {
-        let excess = |reduced: f64| (reduced - 1.0).max(0.0);
-        let before = excess(self.found.calibrated.reduced());
-        let after = excess(self.found.chosen.reduced());
+        let before = self.found.calibrated.excess().max(0.0);
+        let after = self.found.chosen.excess().max(0.0);
         let left = if before > 0.0 { (after / before).min(1.0) } else { 0.0 };
         FormulaFit { left, residual_over_noise: self.found.chosen.reduced().sqrt() }
     }

@@ -1,5 +1,6 @@
 //! The ladder: condition, differ at all?, calibrate, locate, screen, confirm, prove.
 
+mod driving;
 mod findings;
 mod location;
 mod outcome;

@@ -89,6 +89,7 @@ impl<'a> Ladder<'a> {
             proof: proved.outcome,
             fit: proved.fit,
             ladder: self.rungs(),
+            driving: self.driving(),
             data: self.data(),
             notes,
         };
@@ -148,6 +149,7 @@ impl<'a> Ladder<'a> {
                 "The model gives no derivatives: they are differences, with a measured error of at most {error:.0e} of their size."
             ));
         }
+        notes.extend(self.says_driving());
         notes.extend(clean::notes(self.problem.dataset, self.held_out));
         let end = self.found.chosen.end;
         if end == End::OutOfSteps {
@@ -172,6 +174,11 @@ impl<'a> Ladder<'a> {
         // than was estimated.
         let above = found.calibrated.reduced() > decision.explained * self.floor();
         if above && found.promise > decision.prior_odds {
+            return Verdict::Unexplained;
+        }
+        // A random force is a name for what is not understood; noise on a recorded input is not.
+        let random = !self.driving().forces.is_empty();
+        if random && found.undriven > decision.explained * self.floor() {
             return Verdict::Unexplained;
         }
         let drop = found.nominal.reduced() - found.calibrated.reduced();

@@ -22,6 +22,8 @@ const ENOUGH: usize = 4_000;
 const LEAST: f64 = 1e-4;
 const MOST: f64 = 10.0;
 const FACTOR: f64 = 4.0;
+/// Noise on an input, over what the input shows: estimates of either are good to a few percent.
+const SHOWN: f64 = 1.2;
 /// Refinements of the best of them.
 const REFINEMENTS: usize = 4;
 
@@ -44,9 +46,9 @@ pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitErro
     let mut used: Vec<usize> = vec![];
     while used.len() < sources {
         let tried = (0..sources).filter(|s| !used.contains(s)).map(|s| (along.best_of(&here, s), s));
-        let Some(((gained, noise), source)) = tried.max_by(|a, b| a.0.0.total_cmp(&b.0.0)) else {
-            break;
-        };
+        // Inputs come first: a force that does no better than noise on one of them is that.
+        let better = |a: Tried, b: Tried| if b.0.0 > a.0.0 + worth { b } else { a };
+        let Some(((gained, noise), source)) = tried.reduce(better) else { break };
         if gained < best + worth {
             break;
         }
@@ -62,6 +64,9 @@ pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitErro
     }
     Ok((here, best - begin))
 }
+
+/// The most likely intensity of a source beside others, and which.
+type Tried = ((f64, ProcessNoise), usize);
 
 /// Some windows of a fit, linearised.
 struct Along<'a> {
@@ -96,17 +101,26 @@ impl<'a> Along<'a> {
             }
             noise
         };
-        let count = ((MOST / LEAST).ln() / FACTOR.ln()).ceil() as i32;
-        let shares: Vec<f64> = (0..=count).map(|k| LEAST * FACTOR.powi(k)).collect();
+        let most = self.most(source);
+        let count = ((most / LEAST).ln() / FACTOR.ln()).ceil() as i32;
+        let shares: Vec<f64> = (0..=count).map(|k| (LEAST * FACTOR.powi(k)).min(most)).collect();
         let at = |share: f64| (self.log_likelihood(&with(share)), share);
         let coarse: Vec<(f64, f64)> = shares.into_par_iter().map(at).collect();
         let mut best = coarse.into_iter().fold((f64::NEG_INFINITY, 0.0), larger);
         let mut step = FACTOR.sqrt();
         for _ in 0..REFINEMENTS {
-            best = larger(larger(best, at(best.1 * step)), at(best.1 / step));
+            best = larger(larger(best, at((best.1 * step).min(most))), at(best.1 / step));
             step = step.sqrt();
         }
         (best.0, with(best.1))
+    }
+
+    /// The largest share that is tried: noise on a recorded input shows in the recording itself.
+    fn most(&self, source: usize) -> f64 {
+        if source >= self.problem.model.inputs.len() {
+            return MOST;
+        }
+        (SHOWN * self.problem.input_noise(source) / self.unit(source)).clamp(LEAST, MOST)
     }
 
     /// The magnitude that an intensity is measured by.

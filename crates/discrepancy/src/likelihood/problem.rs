@@ -12,7 +12,7 @@ use lacuna_plants::Model;
 use lacuna_plants::model::{
     Direction, ModelEffect, Observation, SeriesEffect, System, effective_inputs,
 };
-use lacuna_recordings::Sampling;
+use lacuna_recordings::{Sampling, estimate_noise_pooled};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One value in so many is left out at either end of a channel's range.
@@ -40,6 +40,8 @@ pub struct Problem<'a> {
     channels: Vec<Scales>,
     /// Magnitudes of each input.
     inputs: Vec<Scales>,
+    /// Noise that each input shows.
+    input_noise: Vec<f64>,
     /// Set from outside when nobody waits for fits any more.
     cancelled: Option<&'a AtomicBool>,
 }
@@ -73,6 +75,7 @@ impl<'a> Problem<'a> {
             hidden: hidden.collect(),
             channels: vec![],
             inputs: vec![],
+            input_noise: (0..model.inputs.len()).map(|j| shown_noise(dataset, j)).collect(),
             cancelled: None,
         };
         for motion in &mut this.smoothed {
@@ -150,6 +153,13 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn input_deviation(&self, input: usize) -> f64 {
         self.inputs[input].input.0
+    }
+
+    /// The noise that a recorded input shows itself: it cannot differ from what the machine got by
+    /// more.
+    #[must_use]
+    pub fn input_noise(&self, input: usize) -> f64 {
+        self.input_noise[input]
     }
 
     /// Magnitude of the force that moves a channel.
@@ -300,6 +310,18 @@ impl<'a> Problem<'a> {
             ..Scales::default()
         }
     }
+}
+
+/// Noise that the commands to an actuator show; none where it cannot be told.
+fn shown_noise(dataset: &Dataset, input: usize) -> f64 {
+    let series = |o: &Observed| -> Vec<f64> {
+        let m = o.commands.len() / o.len().max(1);
+        o.commands.iter().skip(input).step_by(m).copied().collect()
+    };
+    let all: Vec<Vec<f64>> = dataset.recordings.iter().map(series).collect();
+    let times = dataset.recordings.iter().map(|o| &o.times[..]);
+    let pairs: Vec<(&[f64], &[f64])> = times.zip(all.iter().map(Vec::as_slice)).collect();
+    estimate_noise_pooled(&pairs).map_or(0.0, |n| n.sd)
 }
 
 /// Standard deviation.

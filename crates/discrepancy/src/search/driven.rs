@@ -7,7 +7,7 @@
 //! every effect, and what an effect gains is what it spares them.
 
 use super::forward::{Tried, rank};
-use super::{Path, Search, Searched};
+use super::{Path, Search, Searched, candidate_of};
 use crate::likelihood::{FULL, Fit, FitError, QUICK, intensity};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -32,11 +32,40 @@ impl<'p> Search<'p> {
         let found = self.search_from(calibrated, floor);
         let fit = &found.path.fit;
         if fit.noise.is_none() {
-            return Some(found);
+            return Some(Searched { undriven: exact.reduced(), ..found });
         }
         let Quieted { fit, gone } = self.quieted(fit).ok()?;
         let fit = if gone { self.exactly(&fit).ok()? } else { fit };
-        Some(Searched { path: Path { fit, ..found.path }, ..found })
+        let path = Path { fit, named: found.path.named };
+        let path = if gone { path } else { self.or_undriven(exact, path) };
+        Some(Searched { path, undriven: exact.reduced(), ..found })
+    }
+
+    /// What was found beside noise that drives the machine, or what begins with the effect that a
+    /// search without such noise puts first, where that explains more. A filter is blind to what is
+    /// wrong in the very sensors that it follows.
+    fn or_undriven(&self, exact: &Fit<'p>, driven: Path<'p>) -> Path<'p> {
+        self.watch.tell("looking once more as if nothing else drove the machine");
+        let (base, _, first) = self.first(exact.clone(), self.look(exact));
+        let same = |p: &Path| p.fit.hypothesis.supposed().first().map(candidate_of);
+        if first.named.is_empty() || same(&first) == same(&driven) {
+            return driven;
+        }
+        let begun = self.quieted(&first.fit).and_then(|Quieted { fit, gone }| {
+            let fit = if gone { self.exactly(&fit)? } else { fit };
+            if fit.windowed.level == driven.fit.windowed.level {
+                return Ok(fit);
+            }
+            fit.at_level(driven.fit.windowed.level, QUICK)
+        });
+        match begun {
+            Ok(fit) if fit.gain_over(&driven.fit) > self.decision.tie => {
+                let path = Path { fit, ..first };
+                let path = self.prune(self.forward(path, None, super::MOST_EFFECTS));
+                self.select(&base, path)
+            }
+            _ => driven,
+        }
     }
 
     /// The model's parameters, with the noise that drives it; none where no noise does. What drives

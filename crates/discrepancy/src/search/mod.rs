@@ -49,6 +49,8 @@ pub struct Found<'p> {
     /// Mean square residual of the model over the shortest windows, in units of the noise: where
     /// noise is larger than its estimate (coloured, in bursts, clocks that jitter), it shows here.
     pub floor: f64,
+    /// Mean square residual of the model's own physics where nothing else drives the machine.
+    pub undriven: f64,
     /// Nats that the best candidate or free curve promises beside the model's own physics, what
     /// is correlated counted once.
     pub promise: f64,
@@ -98,6 +100,7 @@ struct Searched<'p> {
     calibrated: Fit<'p>,
     path: Path<'p>,
     floor: f64,
+    undriven: f64,
     promise: f64,
 }
 
@@ -126,7 +129,7 @@ impl<'p> Search<'p> {
     /// # Errors
     /// As [`Search::run`].
     pub fn run_in(&self, part: &Search, learn_remainder: bool) -> Result<Found<'p>, DiagnoseError> {
-        let Searched { path, promise, .. } = part.search()?;
+        let Searched { path, promise, undriven, .. } = part.search()?;
         self.watch.tell("fitting all recordings");
         let (calibrated, floor) = self.calibrated()?;
         let fit = if path.named.is_empty() {
@@ -136,7 +139,7 @@ impl<'p> Search<'p> {
             self.lengthen(begun.map_err(|e| self.failed(e))?)
         };
         let path = Path { fit, named: path.named };
-        self.conclude(Searched { calibrated, path, floor, promise }, learn_remainder)
+        self.conclude(Searched { calibrated, path, floor, undriven, promise }, learn_remainder)
     }
 
     /// The effects that folds do not speak against.
@@ -164,7 +167,8 @@ impl<'p> Search<'p> {
         }
         self.watch.tell("leaving recordings out");
         let path = self.select(&calibrated, self.prune(path));
-        Searched { calibrated, path, floor, promise }
+        let undriven = calibrated.reduced();
+        Searched { calibrated, path, floor, undriven, promise }
     }
 
     /// The fits that a diagnosis compares, each at its best.
@@ -173,7 +177,7 @@ impl<'p> Search<'p> {
         searched: Searched<'p>,
         learn_remainder: bool,
     ) -> Result<Found<'p>, DiagnoseError> {
-        let Searched { calibrated, path, floor, promise } = searched;
+        let Searched { calibrated, path, floor, undriven, promise } = searched;
         let chosen = self.best_length(chain::polish(path.fit));
         let again = self.like(&chosen, &calibrated).ok_or_else(|| self.diverges())?;
         let held = Hypothesis::of(self.problem.model).held();
@@ -185,7 +189,17 @@ impl<'p> Search<'p> {
             return Err(DiagnoseError::Cancelled);
         }
         let named = path.named;
-        Ok(Found { nominal, calibrated, chosen, calibration_refuted, floor, promise, named })
+        let refuted = calibration_refuted;
+        Ok(Found {
+            nominal,
+            calibrated,
+            chosen,
+            calibration_refuted: refuted,
+            floor,
+            undriven,
+            promise,
+            named,
+        })
     }
 
     /// The first effect, or none. A mismatch that short windows cannot name is looked for in
