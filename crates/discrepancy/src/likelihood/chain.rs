@@ -59,7 +59,8 @@ impl<T: Number> Chain<'_, T> {
                     *innovation = T::constant(0.0);
                     if filter.measured(at, o) {
                         let of = &problem.dataset.outputs[o].of;
-                        let seen = sensed_last(&self.sensors, *of, &times[w.range.clone()], &out[o]);
+                        let seen =
+                            sensed_last(&self.sensors, *of, &times[w.range.clone()], &out[o]);
                         *innovation = (-seen + observed.outputs[o][k]) * problem.weights[o];
                     }
                 }

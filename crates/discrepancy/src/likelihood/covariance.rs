@@ -85,7 +85,8 @@ impl Covariance {
             for j in 0..=i {
                 let row = &map[j * stride..j * stride + n];
                 let own: f64 = (0..n).map(|l| self.room[i * n + l] * row[l]).sum();
-                let noise = driven.iter().map(|(at, q)| q * map[i * stride + at] * map[j * stride + at]);
+                let noise =
+                    driven.iter().map(|(at, q)| q * map[i * stride + at] * map[j * stride + at]);
                 let sum = own + noise.sum::<f64>();
                 self.p[i * n + j] = sum;
                 self.p[j * n + i] = sum;

@@ -86,7 +86,10 @@ fn variances(problem: &Problem, hidden: &[usize]) -> Vec<f64> {
     let largest = |of: &dyn Fn(usize) -> bool| {
         let entries = (0..2 * n).filter(|&i| of(i) && !problem.hidden.contains(&i));
         let values = entries.flat_map(|i| {
-            problem.smoothed.iter().flat_map(move |s| (0..s.len()).map(move |k| s.state(k)[i].abs()))
+            problem
+                .smoothed
+                .iter()
+                .flat_map(move |s| (0..s.len()).map(move |k| s.state(k)[i].abs()))
         });
         values.fold(0.0f64, f64::max)
     };

@@ -45,7 +45,8 @@ pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitErro
     let (mut best, mut here) = (begin, none);
     let mut used: Vec<usize> = vec![];
     while used.len() < sources {
-        let tried = (0..sources).filter(|s| !used.contains(s)).map(|s| (along.best_of(&here, s), s));
+        let tried =
+            (0..sources).filter(|s| !used.contains(s)).map(|s| (along.best_of(&here, s), s));
         // Inputs come first: a force that does no better than noise on one of them is that.
         let better = |a: Tried, b: Tried| if b.0.0 > a.0.0 + worth { b } else { a };
         let Some(((gained, noise), source)) = tried.reduce(better) else { break };
@@ -156,7 +157,8 @@ impl<'a> Along<'a> {
             let innovations = filter.innovations(at);
             next.fill(0.0);
             filter.correct(at, innovations, &mut next);
-            for (o, c) in rows.chunks_exact(n).enumerate().filter(|(o, _)| filter.measured(at, *o)) {
+            for (o, c) in rows.chunks_exact(n).enumerate().filter(|(o, _)| filter.measured(at, *o))
+            {
                 let seen: f64 = c.iter().zip(&delta).map(|(c, d)| c * d).sum();
                 let s = unknown.measure(c, &mut gain);
                 let z = (innovations[o] - seen) / s.sqrt();

@@ -139,42 +139,46 @@ impl Maps {
         all
     }
 
-    /// Add to `out` (one series an output, as long as `range`) what driving with `series`
-    /// changes, from no change at the beginning of the range; a filter corrects for what it sees
-    /// of that and of what `out` has already.
-    pub fn propagate(
+    /// Add to `out` (one series an output, as long as `range`) what driving with `drives` changes,
+    /// from no change at the beginning of the range; each drive gives its value at a sample of the
+    /// recording. A filter corrects for what it sees of that and of what `out` has already.
+    ///
+    /// All is linear: changes in the lanes of dual numbers are propagated side by side.
+    pub fn propagate<T: Number>(
         &self,
         range: &Range<usize>,
         filter: Option<&Filter>,
-        drives: &[(Drive, &[f64], f64)],
-        out: &mut [Vec<f64>],
+        drives: &[(Drive, impl Fn(usize) -> T)],
+        out: &mut [Vec<T>],
     ) {
-        let (n, c) = (self.width, self.columns);
-        let (mut d, mut next) = (vec![0.0; n], vec![0.0; n]);
-        let mut seen = vec![0.0; out.len()];
+        let (n, c, zero) = (self.width, self.columns, T::constant(0.0));
+        let (mut d, mut next) = (vec![zero; n], vec![zero; n]);
+        let mut seen = vec![zero; out.len()];
         let inputs = self.inputs_from();
-        let places: Vec<usize> = drives
-            .iter()
-            .map(|drive| match drive.0 {
-                Drive::Force(channel) => n + channel,
-                Drive::Input(j) => inputs + j,
-            })
-            .collect();
+        let place = |drive: &Drive| match *drive {
+            Drive::Force(channel) => n + channel,
+            Drive::Input(j) => inputs + j,
+        };
+        let places: Vec<usize> = drives.iter().map(|(drive, _)| place(drive)).collect();
         for (at, k) in range.clone().enumerate() {
             self.observe(k, &d, at, out);
             if let Some(filter) = filter {
                 for (o, seen) in seen.iter_mut().enumerate() {
                     // What the outputs change by is taken away from the innovations.
-                    *seen = -self.weights[o] * out[o][at];
+                    *seen = out[o][at] * -self.weights[o];
                 }
                 filter.correct(at, &seen, &mut d);
             }
             let map = self.step(k);
             for (i, next) in next.iter_mut().enumerate() {
                 let row = &map[i * c..(i + 1) * c];
-                let own: f64 = row[..n].iter().zip(&d).map(|(a, x)| a * x).sum();
-                let driven = drives.iter().zip(&places);
-                *next = own + driven.map(|((_, s, sign), &p)| row[p] * s[k] * sign).sum::<f64>();
+                *next = row[..n].iter().zip(&d).fold(zero, |sum, (a, x)| sum + *x * *a);
+            }
+            for ((_, value), &p) in drives.iter().zip(&places) {
+                let value = value(k);
+                for (i, next) in next.iter_mut().enumerate() {
+                    *next = *next + value * map[i * c + p];
+                }
             }
             std::mem::swap(&mut d, &mut next);
         }
@@ -186,17 +190,18 @@ impl Maps {
         self.columns - self.inputs.len() / samples
     }
 
-    fn observe(&self, k: usize, d: &[f64], at: usize, out: &mut [Vec<f64>]) {
+    fn observe<T: Number>(&self, k: usize, d: &[T], at: usize, out: &mut [Vec<T>]) {
         let count = out.len();
         for (o, series) in out.iter_mut().enumerate() {
-            series[at] += match self.entries[o] {
+            let change = match self.entries[o] {
                 Some(i) => d[i],
                 None => {
                     let row = (k * count + o) * self.machine;
                     let slopes = &self.slopes[row..row + self.machine];
-                    slopes.iter().zip(d).map(|(c, x)| c * x).sum()
+                    slopes.iter().zip(d).fold(T::constant(0.0), |sum, (c, x)| sum + *x * *c)
                 }
             };
+            series[at] = series[at] + change;
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Levenberg-Marquardt on theta and the states of all windows.
 
 use super::end::{End, FitError};
-use super::normal::{Arrow, Block, Step};
 use super::maps::Maps;
+use super::normal::{Arrow, Block, Step};
 use super::sweep::{self, Run, Starts};
 use super::{Filter, Fit, Hypothesis, Problem, ProcessNoise, Window, Windowed};
 use lacuna_effects::Law;
@@ -28,8 +28,6 @@ pub(super) struct Minimisation<'p> {
     pub substeps: usize,
     /// Whether the windows begin where they are, and theta alone moves.
     pub anchored: bool,
-    /// Windows that theta must not know, one mark a window; empty where it may know all.
-    pub left_out: Vec<bool>,
     /// What drives the machine beside what was recorded.
     pub noise: Option<Arc<ProcessNoise>>,
     /// A filter a window, recording by recording, made where the minimisation begins.
@@ -50,9 +48,8 @@ impl<'p> Minimisation<'p> {
         windowed: Windowed,
         substeps: usize,
     ) -> Self {
-        let (left_out, filters, noise) = (vec![], vec![], None);
-        let anchored = false;
-        Self { problem, hypothesis, windowed, substeps, anchored, left_out, noise, filters }
+        let (filters, noise, anchored) = (vec![], None, false);
+        Self { problem, hypothesis, windowed, substeps, anchored, noise, filters }
     }
 
     /// Minimise.
@@ -66,7 +63,7 @@ impl<'p> Minimisation<'p> {
             if self.problem.is_cancelled() {
                 return Err(FitError::Cancelled);
             }
-            let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
+            let before = self.objective(&theta, here.blocks.iter().map(|b| b.chi2).sum());
             let found = self.descend(&here.blocks, before, &mut theta, &mut damping)?;
             let Some((gained, there)) = found else {
                 end = End::Stalled;
@@ -93,7 +90,7 @@ impl<'p> Minimisation<'p> {
     ) -> Result<Option<(f64, Linearised)>, FitError> {
         const TRIES: usize = 6;
         for attempt in 0..TRIES {
-            let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, *damping);
+            let step = Arrow::new(&self.hypothesis, blocks, &[]).step(theta, *damping);
             // A singular step is damped more, as one that does not descend is. The first step is
             // nearly always taken, so that its derivatives are computed at once; after a failure
             // the sum of squares alone is tried first.
@@ -124,7 +121,7 @@ impl<'p> Minimisation<'p> {
         let there = if linearised { self.linearise().map(Some) } else { Ok(None) };
         let after = there.and_then(|there| {
             let chi2 = match &there {
-                Some(l) => self.counted(l.blocks.iter().map(|b| b.chi2)),
+                Some(l) => l.blocks.iter().map(|b| b.chi2).sum(),
                 None => self.squares()?,
             };
             Ok((self.objective(&step.theta, chi2), there))
@@ -154,12 +151,6 @@ impl<'p> Minimisation<'p> {
         }
     }
 
-    /// Sum over the windows that count.
-    fn counted(&self, chi2: impl Iterator<Item = f64>) -> f64 {
-        let counts = |k: usize| !self.left_out.get(k).is_some_and(|out| *out);
-        chi2.enumerate().filter(|(k, _)| counts(*k)).map(|(_, c)| c).sum()
-    }
-
     /// The filters along the run with which the minimisation begins.
     fn make_filters(&mut self) -> Result<(), FitError> {
         let Some(noise) = self.noise.clone() else { return Ok(()) };
@@ -167,8 +158,7 @@ impl<'p> Minimisation<'p> {
         let one = |(w, s): (&Vec<Window>, &Starts)| {
             Ok(Maps::along(&self.piece(w, s, &[]), Some(&noise))?.filters)
         };
-        let filters: Result<Vec<_>, FitError> =
-            windows.par_iter().zip(starts).map(one).collect();
+        let filters: Result<Vec<_>, FitError> = windows.par_iter().zip(starts).map(one).collect();
         self.filters = filters?;
         Ok(())
     }
@@ -195,7 +185,8 @@ impl<'p> Minimisation<'p> {
             let filters = self.filters.get(r).map_or(&[][..], Vec::as_slice);
             for (k, w) in windows.chunks(length).enumerate() {
                 let range = k * length..k * length + w.len();
-                let (machine, memory) = (starts.machine[range.clone()].to_vec(), starts.memory.clone());
+                let (machine, memory) =
+                    (starts.machine[range.clone()].to_vec(), starts.memory.clone());
                 pieces.push((w, Starts { machine, memory }, filters.get(range).unwrap_or(&[])));
             }
         }
@@ -205,7 +196,7 @@ impl<'p> Minimisation<'p> {
     fn squares(&self) -> Result<f64, FitError> {
         let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.piece(w, s, f).squares();
         let sums: Result<Vec<_>, _> = self.pieces().par_iter().map(one).collect();
-        Ok(self.counted(sums?.into_iter().flatten()))
+        Ok(sums?.into_iter().flatten().sum())
     }
 
     /// chi^2 with the pulls of all priors.
@@ -241,33 +232,54 @@ impl<'p> Minimisation<'p> {
     }
 
     fn linearise(&self) -> Result<Linearised, FitError> {
-        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.linearise_piece(w, s, f);
+        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| {
+            let columns = self.piece(w, s, f).linearise()?;
+            Ok(columns
+                .into_iter()
+                .enumerate()
+                .map(|(k, c)| (self.block(k, s, &c), c.residual))
+                .collect::<Vec<_>>())
+        };
         let parts: Result<Vec<_>, FitError> = self.pieces().par_iter().map(one).collect();
         let (blocks, residuals) = parts?.into_iter().flatten().unzip();
         Ok(Linearised { blocks, residuals })
     }
 
-    fn linearise_piece(
-        &self,
-        windows: &[Window],
-        starts: &Starts,
-        filters: &[Filter],
-    ) -> Result<Vec<(Block, Vec<f64>)>, FitError> {
-        let all = self.piece(windows, starts, filters).linearise()?;
+    /// The normal equations of the `k`-th window of a piece.
+    fn block(&self, k: usize, starts: &Starts, columns: &sweep::Columns) -> Block {
         let machine = self.problem.model.machine_states();
         let z = starts.memory.len();
-        let (off, spread) = self.memory(starts);
-        let block = |(k, columns): (usize, sweep::Columns)| {
-            let block = if self.anchored {
-                Block::of(&columns, 0, machine + z)
-            } else if k == 0 {
-                Block::of(&columns, machine + z, 0).with_memory(machine, &off, &spread)
-            } else {
-                Block::of(&columns, machine, z)
-            };
-            (block, columns.residual)
+        if self.anchored {
+            Block::of(columns, 0, machine + z)
+        } else if k == 0 {
+            let (off, spread) = self.memory(starts);
+            Block::of(columns, machine + z, 0).with_memory(machine, &off, &spread)
+        } else {
+            Block::of(columns, machine, z)
+        }
+    }
+
+    /// See [`Fit::without_windows`].
+    pub(super) fn leave_out(&self, folds: &[Vec<bool>]) -> Result<Vec<Vec<Vec<f64>>>, FitError> {
+        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| {
+            let columns = self.piece(w, s, f).linearise()?;
+            Ok(columns
+                .into_iter()
+                .enumerate()
+                .map(|(k, c)| (self.block(k, s, &c), c))
+                .collect::<Vec<_>>())
         };
-        Ok(all.into_iter().enumerate().map(block).collect())
+        let parts: Result<Vec<_>, FitError> = self.pieces().par_iter().map(one).collect();
+        let (blocks, columns): (Vec<Block>, Vec<sweep::Columns>) =
+            parts?.into_iter().flatten().unzip();
+        let theta = self.hypothesis.theta();
+        let without = |fold: &Vec<bool>| {
+            let step = Arrow::new(&self.hypothesis, &blocks, fold).step(&theta, 0.0)?;
+            let moved: Vec<f64> = step.theta.iter().zip(&theta).map(|(a, b)| a - b).collect();
+            let all = columns.iter().zip(&step.states).map(|(c, x)| c.moved(x.as_slice(), &moved));
+            Ok(all.collect())
+        };
+        folds.iter().map(without).collect()
     }
 
     fn result(self, theta: &[f64], here: Linearised, end: End) -> Result<Fit<'p>, FitError> {
@@ -275,7 +287,7 @@ impl<'p> Minimisation<'p> {
         let chi2: f64 = blocks.iter().map(|b| b.chi2).sum();
         let penalty = self.objective(theta, 0.0);
         let count = blocks.iter().map(|b| b.count).sum();
-        let precision = Arrow::new(&self.hypothesis, &blocks, &self.left_out).precision(theta)?;
+        let precision = Arrow::new(&self.hypothesis, &blocks, &[]).precision(theta)?;
         if !(chi2 + penalty).is_finite() {
             return Err(FitError::Singular);
         }

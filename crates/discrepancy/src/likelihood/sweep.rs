@@ -32,6 +32,19 @@ pub struct Columns {
     pub by: Vec<Vec<f64>>,
 }
 
+impl Columns {
+    /// The residual after the window's own states and theta have moved, to first order.
+    pub(super) fn moved(&self, states: &[f64], theta: &[f64]) -> Vec<f64> {
+        let mut residual = self.residual.clone();
+        let last = self.by.len() - theta.len();
+        let columns = self.by.iter().zip(states).chain(self.by[last..].iter().zip(theta));
+        for (by, d) in columns {
+            residual.iter_mut().zip(by).for_each(|(r, b)| *r -= b * d);
+        }
+        residual
+    }
+}
+
 /// A hypothesis that is run through some windows of one recording.
 #[derive(Clone, Copy)]
 pub struct Run<'a> {
@@ -71,14 +84,17 @@ impl Run<'_> {
     /// [`Diverged`].
     pub fn squares(&self) -> Result<Vec<f64>, Diverged> {
         let mut sums = Vec::with_capacity(self.windows.len());
-        self.through(|_| (), |k, w, out| {
-            let mut residual = vec![];
-            scan(self.problem, w, &out, |measured, y, weight| {
-                residual.push((measured - y) * weight);
-            });
-            self.whiten(k, w, std::iter::once(&mut residual));
-            sums.push(residual.iter().map(|r| r * r).sum::<f64>());
-        })?;
+        self.through(
+            |_| (),
+            |k, w, out| {
+                let mut residual = vec![];
+                scan(self.problem, w, &out, |measured, y, weight| {
+                    residual.push((measured - y) * weight);
+                });
+                self.whiten(k, w, std::iter::once(&mut residual));
+                sums.push(residual.iter().map(|r| r * r).sum::<f64>());
+            },
+        )?;
         Ok(sums)
     }
 
@@ -173,8 +189,7 @@ impl Lanes<'_> {
     /// Entries of theta in these lanes: index, lane.
     fn theta(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let before = self.run.problem.model.machine_states() + self.run.starts.memory.len();
-        (0..self.run.hypothesis.free.len())
-            .filter_map(move |j| Some((j, self.lane(before + j)?)))
+        (0..self.run.hypothesis.free.len()).filter_map(move |j| Some((j, self.lane(before + j)?)))
     }
 
     fn chain(&self) -> Chain<'_, Dual> {

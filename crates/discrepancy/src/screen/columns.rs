@@ -5,7 +5,7 @@ use super::{Drive, Screen};
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::sweep;
 use lacuna_effects::{AnySeriesLaw, Law};
-use lacuna_numbers::{Dual, Number};
+use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::model::Measured;
 
 /// What drives the linearised motion: where, the series, its sign.
@@ -45,15 +45,33 @@ impl Screen<'_> {
         }
     }
 
-    /// Weighted change of the measured samples of a window.
-    pub(super) fn driven(&self, along: &Along, local: &Local, drives: &Drives) -> Vec<f64> {
+    /// Weighted change of the measured samples of a window under each of several drives, which act
+    /// in the same places.
+    pub(super) fn driven(&self, along: &Along, local: &Local, all: &[Drives]) -> Vec<Vec<f64>> {
         let range = &local.window.range;
         let outputs = self.problem.dataset.outputs.len();
-        let mut out = vec![vec![0.0; range.len()]; outputs];
-        let drives: Vec<_> = drives.iter().map(|(d, s, sign)| (*d, s.as_slice(), *sign)).collect();
         let filter = along.maps.filters.get(local.number);
-        along.maps.propagate(range, filter, &drives, &mut out);
-        self.rows(along, local, &out)
+        let side_by_side = |some: &[Drives]| -> Vec<Vec<f64>> {
+            let mut out = vec![vec![Dual::constant(0.0); range.len()]; outputs];
+            let place = |p: usize| {
+                let value = move |k: usize| {
+                    let mut value = Dual::constant(0.0);
+                    for (lane, drives) in value.tangent.iter_mut().zip(some) {
+                        *lane = drives[p].1[k] * drives[p].2;
+                    }
+                    value
+                };
+                (some[0][p].0, value)
+            };
+            let drives: Vec<_> = (0..some[0].len()).map(place).collect();
+            along.maps.propagate(range, filter, &drives, &mut out);
+            let lane = |l: usize| {
+                let of = |series: &Vec<Dual>| series.iter().map(|y| y.tangent[l]).collect();
+                self.rows(along, local, &out.iter().map(of).collect::<Vec<_>>())
+            };
+            (0..some.len()).map(lane).collect()
+        };
+        all.chunks(LANES).flat_map(side_by_side).collect()
     }
 
     /// Weighted change of the measured samples of a window per unit of a sensor's parameter.
@@ -78,7 +96,12 @@ impl Screen<'_> {
         let mut out: Vec<Vec<f64>> =
             outputs.iter().map(|o| if is(o) { change.clone() } else { zero() }).collect();
         if let Some(filter) = along.maps.filters.get(local.number) {
-            along.maps.propagate(range, Some(filter), &[], &mut out);
+            along.maps.propagate(
+                range,
+                Some(filter),
+                &[(); 0].map(|()| (Drive::Force(0), |_| 0.0)),
+                &mut out,
+            );
         }
         self.rows(along, local, &out)
     }

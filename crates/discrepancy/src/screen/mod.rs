@@ -23,9 +23,11 @@ mod local;
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::maps::Drive;
 use crate::likelihood::{Fit, FitError, Problem};
+use columns::Drives;
 pub use curves::Over;
 use lacuna_effects::{Law, Prior};
-use local::{Along, along, dot, dots};
+use lacuna_numbers::LANES;
+use local::{Along, Local, along, dot, dots};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -109,11 +111,11 @@ impl<'p> Screen<'p> {
                 let scales = self.problem.scales(c.effect, c.channel, c.other);
                 let shapes = c.shapes(&scales);
                 let count = shapes.len() as f64;
-                let tried = shapes.into_par_iter().filter_map(|shape| {
-                    let term = Term { candidate: *c, shape };
-                    self.gain(term).filter(|s| s.gain.is_finite())
-                });
-                let tried: Vec<Scored> = tried.collect();
+                let terms: Vec<Term> =
+                    shapes.into_iter().map(|shape| Term { candidate: *c, shape }).collect();
+                // As many as are propagated side by side.
+                let tried = terms.par_chunks(LANES).flat_map_iter(|some| self.gains(some));
+                let tried: Vec<Scored> = tried.filter(|s| s.gain.is_finite()).collect();
                 let top = tried.iter().map(|s| s.gain).fold(f64::NEG_INFINITY, f64::max);
                 let sum: f64 = tried.iter().map(|s| (s.gain - top).exp()).sum();
                 let best = tried.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
@@ -127,15 +129,24 @@ impl<'p> Screen<'p> {
     /// What one term gains.
     #[must_use]
     pub fn gain(&self, term: Term) -> Option<Scored> {
-        let (sd, magnitude) = self.priors(&term);
-        let normal = self.amplitudes(&term)?;
-        let (gain, amplitudes, covariance) = self.solve(&normal, &sd);
+        self.gains(&[term]).pop()
+    }
+
+    /// What each of several terms of one candidate gains; those that cannot be are left out.
+    fn gains(&self, terms: &[Term]) -> Vec<Scored> {
+        let all = terms.iter().zip(self.amplitudes(terms));
+        all.filter_map(|(term, normal)| self.scored(term, &normal?)).collect()
+    }
+
+    fn scored(&self, term: &Term, normal: &Amplitudes) -> Option<Scored> {
+        let (sd, magnitude) = self.priors(term);
+        let (gain, amplitudes, covariance) = self.solve(normal, &sd);
         let std = (0..amplitudes.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
         let wrong = magnitude && amplitudes.iter().sum::<f64>() < 0.0;
         // The prior of a magnitude has its mass on one side.
         let sides = if magnitude { amplitudes.len() as f64 } else { 0.0 };
         let gain = gain + sides * std::f64::consts::LN_2;
-        (!wrong).then_some(Scored { term, gain, amplitudes, std })
+        (!wrong).then(|| Scored { term: term.clone(), gain, amplitudes, std })
     }
 
     /// Prior standard deviations of the amplitudes, and whether they are magnitudes, which cannot
@@ -198,60 +209,84 @@ impl<'p> Screen<'p> {
         (with - without, amplitudes, covariance)
     }
 
-    /// Normal equations of a term's amplitudes, summed over all recordings.
-    fn amplitudes(&self, term: &Term) -> Option<Amplitudes> {
-        let mut sum: Option<Amplitudes> = None;
+    /// Normal equations of the amplitudes of several terms of one candidate, summed over all
+    /// recordings; none for a term that changes what is not finite.
+    fn amplitudes(&self, terms: &[Term]) -> Vec<Option<Amplitudes>> {
+        let mut sums: Vec<Option<Amplitudes>> = vec![];
         for along in &self.recordings {
-            let part = self.amplitudes_of(term, along)?;
-            match &mut sum {
-                Some(s) => {
-                    s.own += part.own;
-                    s.theta += part.theta;
-                    s.gradient += part.gradient;
+            let parts = self.amplitudes_along(terms, along);
+            if sums.is_empty() {
+                sums = parts;
+                continue;
+            }
+            for (sum, part) in sums.iter_mut().zip(parts) {
+                match (sum.as_mut(), part) {
+                    (Some(s), Some(part)) => {
+                        s.own += part.own;
+                        s.theta += part.theta;
+                        s.gradient += part.gradient;
+                    }
+                    _ => *sum = None,
                 }
-                None => sum = Some(part),
             }
         }
-        sum
+        sums
     }
 
-    fn amplitudes_of(&self, term: &Term, along: &Along) -> Option<Amplitudes> {
+    fn amplitudes_along(&self, terms: &[Term], along: &Along) -> Vec<Option<Amplitudes>> {
         let p = self.theta.nrows();
-        let drives = self.drives(term, along);
-        let c = drives.len().max(1);
-        let mut out = Amplitudes {
-            own: DMatrix::zeros(c, c),
-            theta: DMatrix::zeros(c, p),
-            gradient: DVector::zeros(c),
+        let drives: Vec<Vec<Drives>> = terms.iter().map(|t| self.drives(t, along)).collect();
+        let counts: Vec<usize> = drives.iter().map(|d| d.len().max(1)).collect();
+        let zero = |&c: &usize| {
+            Some(Amplitudes {
+                own: DMatrix::zeros(c, c),
+                theta: DMatrix::zeros(c, p),
+                gradient: DVector::zeros(c),
+            })
         };
+        let mut out: Vec<Option<Amplitudes>> = counts.iter().map(zero).collect();
+        let drives: Vec<Drives> = drives.into_iter().flatten().collect();
         for local in &along.windows {
-            let columns: Vec<Vec<f64>> = if let Law::Sensor(law) = term.candidate.effect.law {
-                vec![self.sensed(law, term, along, local)]
+            let mut columns = if let Law::Sensor(law) = terms[0].candidate.effect.law {
+                terms.iter().map(|t| self.sensed(law, t, along, local)).collect()
             } else {
-                drives.iter().map(|d| self.driven(along, local, d)).collect()
-            };
-            if columns.iter().flatten().any(|v| !v.is_finite()) {
-                return None;
+                self.driven(along, local, &drives)
             }
-            let first = local.states + local.unused;
-            let (a, b) = (&local.columns.by[..local.states], &local.columns.by[first..]);
-            let solved: Vec<(DVector<f64>, DVector<f64>)> = columns
-                .iter()
-                .map(|d| {
-                    let states = dots(a, d);
-                    (local.factor.solve(&states), states)
-                })
-                .collect();
-            for (i, d) in columns.iter().enumerate() {
-                for (j, e) in columns.iter().enumerate() {
-                    out.own[(i, j)] += dot(d, e) - solved[i].1.dot(&solved[j].0);
+            .into_iter();
+            for (out, count) in out.iter_mut().zip(&counts) {
+                let own: Vec<Vec<f64>> = columns.by_ref().take(*count).collect();
+                if own.iter().flatten().any(|v| !v.is_finite()) {
+                    *out = None;
                 }
-                for (j, b) in b.iter().enumerate() {
-                    out.theta[(i, j)] += dot(d, b) - solved[i].1.dot(&local.cross.column(j));
+                if let Some(out) = out {
+                    out.add(&own, local);
                 }
-                out.gradient[i] += dot(d, &local.columns.residual) - solved[i].1.dot(&local.rest);
             }
         }
-        Some(out)
+        out
+    }
+}
+
+impl Amplitudes {
+    /// Add the columns of a window, its states eliminated.
+    fn add(&mut self, columns: &[Vec<f64>], local: &Local) {
+        let first = local.states + local.unused;
+        let (a, b) = (&local.columns.by[..local.states], &local.columns.by[first..]);
+        let solved: Vec<(DVector<f64>, DVector<f64>)> = columns
+            .iter()
+            .map(|d| {
+                let states = dots(a, d);
+                (local.factor.solve(&states), states)
+            })
+            .collect();
+        for (i, d) in columns.iter().enumerate() {
+            for (j, e) in columns.iter().enumerate() {
+                self.own[(i, j)] += dot(d, e) - solved[i].1.dot(&solved[j].0);
+            }
+            for (j, b) in b.iter().enumerate() {
+                self.theta[(i, j)] += dot(d, b) - solved[i].1.dot(&local.cross.column(j));
+            }
+            self.gradient[i] += dot(d, &local.columns.residual) - solved[i].1.dot(&local.rest);
+        }
     }
 }

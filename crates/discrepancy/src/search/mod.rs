@@ -26,7 +26,7 @@ mod variants;
 use crate::candidates::{Candidate, candidates};
 use crate::decision::Decision;
 use crate::likelihood::windows::first_level;
-use crate::likelihood::{End, FULL, Fit, FitError, Hypothesis, Problem, STILL};
+use crate::likelihood::{End, FULL, Fit, FitError, Hypothesis, Problem, QUICK, STILL};
 use crate::{DiagnoseError, Watch};
 use forward::Look;
 use lacuna_effects::Law;
@@ -253,22 +253,13 @@ impl<'p> Search<'p> {
         Ok((fit, floor))
     }
 
-    /// The hypothesis of `own` in the windows of a fit, from the states of whichever of the two
-    /// leads to the better optimum.
+    /// The hypothesis of `own` in the windows of a fit and under its noise: from its states, or,
+    /// where the model runs away from those, from its own.
     fn like<'f>(&self, fit: &Fit<'f>, own: &Fit<'f>) -> Option<Fit<'f>> {
-        let from_chosen = fit.refit(own.hypothesis.clone(), FULL);
-        let level = fit.windowed.level;
-        let from_own = own.driven_by(fit.noise.clone(), STILL).and_then(|own| {
-            if own.windowed.level == level {
-                own.refit(own.hypothesis.clone(), FULL)
-            } else {
-                own.at_level(level, FULL)
-            }
-        });
-        match (from_chosen, from_own) {
-            (Ok(a), Ok(b)) => Some(if a.misfit() <= b.misfit() { a } else { b }),
-            (a, b) => a.or(b).ok(),
-        }
+        fit.refit(own.hypothesis.clone(), QUICK).ok().or_else(|| {
+            let own = own.at_level(fit.windowed.level, QUICK).ok()?;
+            own.driven_by(fit.noise.clone(), QUICK).ok()
+        })
     }
 
     /// Tell how a fit went.

@@ -53,8 +53,8 @@ impl<'p> Search<'p> {
         self.watch.tell(&format!("named laws lead the curve by {lead:.1} nats"));
         // Where neither leaves nothing but noise, what the curve follows better need not be physics.
         let decision = &self.decision;
-        let nearly =
-            path.fit.excess() > decision.explained - 1.0 && !worth_a_curve(decision, &best, &path.fit);
+        let nearly = path.fit.excess() > decision.explained - 1.0
+            && !worth_a_curve(decision, &best, &path.fit);
         if lead > 0.0 || nearly {
             self.named_instead(path, best, lead.max(decision.tie))
         } else {
