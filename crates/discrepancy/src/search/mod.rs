@@ -1,6 +1,8 @@
 //! The search: which effects, judged by likelihood.
 //!
-//! 1. The model's parameters alone, in windows that grow as long as the model follows.
+//! 1. The model's parameters alone, in windows that grow as long as the model follows; where they
+//!    leave more than noise, beside noise that drives the machine, whose intensities are found again
+//!    with each effect (`driven`).
 //! 2. Every candidate is screened along the fitted trajectory ([`crate::screen`]); the best are
 //!    fitted with the differential equation itself, and the one with the most evidence stays if
 //!    it is worth its prior odds ([`Decision`]).

@@ -1,5 +1,6 @@
 //! What cannot be diagnosed is refused in words.
 
+use crate::driven::two_apart;
 use crate::machines::{ON_PENDULUM, ON_TWO_MASS};
 use lacuna_discrepancy::diagnose::{Options, diagnose, split};
 use lacuna_discrepancy::{Dataset, DiagnoseError, Watch};
@@ -16,13 +17,13 @@ fn without(column: &str) -> Vec<Recording> {
 }
 
 #[test]
-fn a_channel_that_nothing_measures_is_named() {
-    let model = ON_TWO_MASS.model();
+fn a_coordinate_that_nothing_tells_of_is_named() {
+    let model = two_apart();
     let dataset = Dataset::new(&model, &without("x2")).expect("simulation needs no x2");
     let (training, held_out) = split(&dataset);
     let error = diagnose(&model, &training, &held_out, Options::default(), &Watch::default())
         .err()
-        .expect("x2 is not seen");
+        .expect("nothing tells where x2 is");
     assert!(matches!(&error, DiagnoseError::Unmeasured { channel } if channel == "x2"), "{error}");
     assert!(error.to_string().contains("'x2'"), "{error}");
 }

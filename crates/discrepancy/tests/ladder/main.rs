@@ -1,6 +1,7 @@
 //! The ladder on recordings whose truth is known, because they are simulated here.
 
 mod beyond;
+mod driven;
 mod errors;
 mod findings;
 mod likelihood;

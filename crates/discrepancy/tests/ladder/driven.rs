@@ -1,0 +1,168 @@
+//! Machines that are driven by more than what was recorded, and states that nobody measures.
+
+use crate::machines::{Bench, ON_PENDULUM, ON_TWO_MASS, diagnosed};
+use lacuna_discrepancy::Dataset;
+use lacuna_discrepancy::diagnosis::{ProofOutcome, Verdict};
+use lacuna_discrepancy::likelihood::{Fit, Hypothesis, Problem, ProcessNoise, STILL, intensity};
+use lacuna_excitation::{add_gaussian_noise, rng};
+use lacuna_plants::{Model, System, integrate::rk4_sampled};
+use lacuna_recordings::Recording;
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+
+/// A mass on a spring: linear, so that a filter is exact.
+const SPRING: &str = r#"
+name = "spring"
+[parameters]
+m = { value = 0.5, unit = "kg" }
+[[input]]
+name = "u"
+unit = "N"
+[[coordinate]]
+name = "x"
+velocity = "v"
+unit = "m"
+[mechanics]
+mass = [["m"]]
+force = ["u - 0.4*v - 3*x"]
+"#;
+
+/// Recordings whose input differs from what the machine got by noise of a share of its spread.
+fn with_noisy_input(mut recordings: Vec<Recording>, share: f64, seed: u64) -> (Vec<Recording>, f64) {
+    let mut sd = 0.0;
+    for (k, r) in recordings.iter_mut().enumerate() {
+        let input = &mut r.columns[0].values;
+        let n = input.len() as f64;
+        let mean = input.iter().sum::<f64>() / n;
+        let spread = (input.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / n).sqrt();
+        sd = share * spread;
+        add_gaussian_noise(input, sd, &mut rng(seed, 1000 + k as u64)).expect("a deviation");
+    }
+    (recordings, sd)
+}
+
+/// The likelihood of the innovations is that of all samples together, whose covariance is found by
+/// simulating what each sample of the input changes.
+#[test]
+fn innovations_have_the_likelihood_of_the_whole_recording() {
+    const SIGMA: f64 = 0.4;
+    let bench = Bench { text: SPRING, samples: 120, ..ON_PENDULUM };
+    let model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&model, 900, 1)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let free = Fit::begin(&problem, Hypothesis::of(&model), 0).expect("a fit");
+    let noise = ProcessNoise { inputs: vec![SIGMA], ..ProcessNoise::none(&model) };
+    let driven = free.driven_by(Some(Arc::new(noise)), STILL).expect("a fit");
+
+    let observed = &dataset.recordings[0];
+    let start = &free.windowed.starts[0].machine[0];
+    let n = observed.len();
+    let run = |commands: &[f64]| -> Vec<f64> {
+        let system = System::new(&model);
+        let times = &observed.times;
+        let motion = rk4_sampled(&system, start, times, commands, model.hold, free.substeps);
+        let motion = motion.expect("it does not diverge");
+        (0..n).map(|k| motion.state(k)[0] * problem.weights[0]).collect()
+    };
+    let plain = run(&observed.commands);
+    let residual = DVector::from_fn(n, |k, _| {
+        observed.outputs[0][k] * problem.weights[0] - plain[k]
+    });
+    let mut changes = DMatrix::zeros(n, n);
+    for j in 0..n {
+        let mut commands = observed.commands.clone();
+        commands[j] += SIGMA;
+        let moved = run(&commands);
+        (0..n).for_each(|k| changes[(k, j)] = moved[k] - plain[k]);
+    }
+    let covariance = DMatrix::identity(n, n) + &changes * changes.transpose();
+    let factor = covariance.cholesky().expect("positive definite");
+    let width: f64 = factor.l().diagonal().map(|d| 2.0 * d.ln()).sum();
+    let chi2 = residual.dot(&factor.solve(&residual));
+    assert!((driven.width() - width).abs() < 1e-6 * width, "{} {width}", driven.width());
+    assert!((driven.chi2 - chi2).abs() < 1e-6 * chi2, "{} {chi2}", driven.chi2);
+    assert!(width > 10.0, "the noise is felt: {width}");
+}
+
+#[test]
+fn the_intensity_of_noise_on_an_input_is_found_and_none_where_there_is_none() {
+    let model = ON_PENDULUM.model();
+    for (seed, share) in [(910, 0.05), (911, 0.1), (912, 0.0)] {
+        let (recordings, sd) = with_noisy_input(ON_PENDULUM.record(&model, seed, 3), share, seed);
+        let dataset = Dataset::new(&model, &recordings).expect("a dataset");
+        let problem = Problem::new(&model, &dataset).expect("a problem");
+        let fit = Fit::begin(&problem, Hypothesis::of(&model), 0).expect("a fit");
+        let (noise, gained) = intensity::most_likely(&fit, 2.0).expect("likelihoods");
+        if share > 0.0 {
+            let found = noise.inputs[0];
+            assert!((found / sd - 1.0).abs() < 0.25, "seed {seed}: {found} for {sd}");
+            assert!(noise.forces.iter().all(|f| *f == 0.0), "an input explains it: {noise:?}");
+            assert!(gained > 10.0, "{gained}");
+        } else {
+            assert!(gained < 10.0, "seed {seed}: {noise:?} gains {gained}");
+        }
+    }
+}
+
+/// Noise on the recorded input is no missing physics, and moves no parameter.
+#[test]
+fn noisy_inputs_alone_are_no_mismatch() {
+    for (bench, seed) in [(ON_PENDULUM, 920), (ON_PENDULUM, 921), (ON_TWO_MASS, 922)] {
+        let model = bench.model();
+        let (recordings, sd) = with_noisy_input(bench.record(&model, seed, 4), 0.05, seed);
+        let d = diagnosed(&model, &recordings).diagnosis;
+        let found: Vec<_> = d.findings.iter().map(|f| &f.says).collect();
+        assert_eq!(d.verdict, Verdict::NoMismatch, "{} seed {seed}: {found:?}", d.model);
+        let noise = d.driving.inputs.values().next().expect("it is told");
+        assert!((noise.std / sd - 1.0).abs() < 0.3, "{noise:?}, truth {sd}");
+        assert!(d.notes.iter().any(|n| n.contains("not quite what the machine got")), "{:?}", d.notes);
+    }
+}
+
+#[test]
+fn an_effect_is_named_and_its_size_right_beside_noisy_inputs() {
+    let effect = "[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = 0.05\nsmoothing_velocity = 0.02";
+    let (model, truth) = (ON_PENDULUM.model(), ON_PENDULUM.truth(effect));
+    for seed in [930, 931] {
+        let (recordings, _) = with_noisy_input(ON_PENDULUM.record(&truth, seed, 4), 0.06, seed);
+        let d = diagnosed(&model, &recordings).diagnosis;
+        let found: Vec<_> = d.findings.iter().map(|f| (&f.class, &f.channel)).collect();
+        assert_eq!(d.findings.len(), 1, "seed {seed}: {found:?}");
+        assert_eq!(d.findings[0].class, "coulomb_friction", "seed {seed}");
+        let magnitude = &d.findings[0].parameters["magnitude"];
+        let off = (magnitude.value - 0.05).abs();
+        assert!(off < 4.0 * magnitude.std, "seed {seed}: {magnitude:?}");
+        assert!(off < 0.005, "seed {seed}: {magnitude:?}");
+        assert_eq!(d.proof, ProofOutcome::Better, "seed {seed}");
+    }
+}
+
+fn without(column: &str, mut recordings: Vec<Recording>) -> Vec<Recording> {
+    recordings.iter_mut().for_each(|r| r.columns.retain(|c| c.name != column));
+    recordings
+}
+
+#[test]
+fn an_effect_on_a_coordinate_that_nobody_measures_is_found() {
+    let effect = "[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"x2\"\nmagnitude = 0.8\nsmoothing_velocity = 0.01";
+    let (model, truth) = (ON_TWO_MASS.model(), ON_TWO_MASS.truth(effect));
+    let d = diagnosed(&model, &without("x2", ON_TWO_MASS.record(&truth, 940, 4))).diagnosis;
+    let found: Vec<_> = d.findings.iter().map(|f| (&f.class[..], &f.channel[..])).collect();
+    assert_eq!(found, [("coulomb_friction", "x2")]);
+    let magnitude = &d.findings[0].parameters["magnitude"];
+    assert!((magnitude.value - 0.8).abs() < 0.04, "{magnitude:?}");
+    let fit = &d.fit.held_out["x1"];
+    assert!(fit.rmse_after < 1.1 * fit.noise, "{fit:?}");
+    // Nothing is found where nothing is missing.
+    let d = diagnosed(&model, &without("x2", ON_TWO_MASS.record(&model, 941, 4))).diagnosis;
+    assert_eq!(d.verdict, Verdict::NoMismatch);
+    assert_eq!(d.data.unmeasured, ["x2"]);
+}
+
+/// The first mass knows nothing of the second: where that one is cannot be told.
+pub fn two_apart() -> Model {
+    let text = ON_TWO_MASS.text;
+    let apart = text.replace("u - k*(x1 - x2) - d*(v1 - v2) - 15*x1", "u - d*v1 - 15*x1");
+    assert_ne!(text, apart);
+    Model::from_text(&apart, "apart.toml").expect("the model is right")
+}
