@@ -234,20 +234,17 @@ impl<'p> Fit<'p> {
         Minimisation { anchored: true, ..minimisation }.run(effort)
     }
 
-    /// Residuals of all windows as they would be if theta did not know of those that a fold marks:
-    /// to first order about the optimum, the states of all windows fitted nevertheless. One list of
-    /// windows a fold.
+    /// The same in the same windows, theta fitted as if those marked in `left_out` had not been
+    /// recorded; then the states of all windows, and they alone.
     ///
     /// # Errors
     /// [`FitError`].
-    pub fn without_windows(&self, folds: &[Vec<bool>]) -> Result<Vec<Vec<Vec<f64>>>, FitError> {
-        let minimisation = Minimisation::new(
-            self.problem,
-            self.hypothesis.clone(),
-            self.windowed.clone(),
-            self.substeps,
-        );
-        Minimisation { filters: self.filters.to_vec(), ..minimisation }.leave_out(folds)
+    pub fn without_windows(&self, left_out: Vec<bool>, effort: Effort) -> Result<Self, FitError> {
+        let (hypothesis, windowed) = (self.hypothesis.clone(), self.windowed.clone());
+        let minimisation = Minimisation::new(self.problem, hypothesis, windowed, self.substeps);
+        let noise = self.noise.clone();
+        let moved = Minimisation { left_out, noise, ..minimisation }.run(effort)?;
+        moved.refit(moved.hypothesis.clone().held(), Effort { steps: 3, least: 0.3 })
     }
 
     /// A run through the windows of each recording.

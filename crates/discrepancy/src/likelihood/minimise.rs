@@ -28,6 +28,8 @@ pub(super) struct Minimisation<'p> {
     pub substeps: usize,
     /// Whether the windows begin where they are, and theta alone moves.
     pub anchored: bool,
+    /// Windows that theta must not know, one mark a window; empty where it may know all.
+    pub left_out: Vec<bool>,
     /// What drives the machine beside what was recorded.
     pub noise: Option<Arc<ProcessNoise>>,
     /// A filter a window, recording by recording, made where the minimisation begins.
@@ -48,8 +50,9 @@ impl<'p> Minimisation<'p> {
         windowed: Windowed,
         substeps: usize,
     ) -> Self {
-        let (filters, noise, anchored) = (vec![], None, false);
-        Self { problem, hypothesis, windowed, substeps, anchored, noise, filters }
+        let (left_out, filters, noise) = (vec![], vec![], None);
+        let anchored = false;
+        Self { problem, hypothesis, windowed, substeps, anchored, left_out, noise, filters }
     }
 
     /// Minimise.
@@ -63,7 +66,7 @@ impl<'p> Minimisation<'p> {
             if self.problem.is_cancelled() {
                 return Err(FitError::Cancelled);
             }
-            let before = self.objective(&theta, here.blocks.iter().map(|b| b.chi2).sum());
+            let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
             let found = self.descend(&here.blocks, before, &mut theta, &mut damping)?;
             let Some((gained, there)) = found else {
                 end = End::Stalled;
@@ -90,7 +93,7 @@ impl<'p> Minimisation<'p> {
     ) -> Result<Option<(f64, Linearised)>, FitError> {
         const TRIES: usize = 6;
         for attempt in 0..TRIES {
-            let step = Arrow::new(&self.hypothesis, blocks, &[]).step(theta, *damping);
+            let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, *damping);
             // A singular step is damped more, as one that does not descend is. The first step is
             // nearly always taken, so that its derivatives are computed at once; after a failure
             // the sum of squares alone is tried first.
@@ -121,7 +124,7 @@ impl<'p> Minimisation<'p> {
         let there = if linearised { self.linearise().map(Some) } else { Ok(None) };
         let after = there.and_then(|there| {
             let chi2 = match &there {
-                Some(l) => l.blocks.iter().map(|b| b.chi2).sum(),
+                Some(l) => self.counted(l.blocks.iter().map(|b| b.chi2)),
                 None => self.squares()?,
             };
             Ok((self.objective(&step.theta, chi2), there))
@@ -149,6 +152,12 @@ impl<'p> Minimisation<'p> {
                 }
             }
         }
+    }
+
+    /// Sum over the windows that count.
+    fn counted(&self, chi2: impl Iterator<Item = f64>) -> f64 {
+        let counts = |k: usize| !self.left_out.get(k).is_some_and(|out| *out);
+        chi2.enumerate().filter(|(k, _)| counts(*k)).map(|(_, c)| c).sum()
     }
 
     /// The filters along the run with which the minimisation begins.
@@ -196,7 +205,7 @@ impl<'p> Minimisation<'p> {
     fn squares(&self) -> Result<f64, FitError> {
         let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.piece(w, s, f).squares();
         let sums: Result<Vec<_>, _> = self.pieces().par_iter().map(one).collect();
-        Ok(sums?.into_iter().flatten().sum())
+        Ok(self.counted(sums?.into_iter().flatten()))
     }
 
     /// chi^2 with the pulls of all priors.
@@ -232,54 +241,33 @@ impl<'p> Minimisation<'p> {
     }
 
     fn linearise(&self) -> Result<Linearised, FitError> {
-        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| {
-            let columns = self.piece(w, s, f).linearise()?;
-            Ok(columns
-                .into_iter()
-                .enumerate()
-                .map(|(k, c)| (self.block(k, s, &c), c.residual))
-                .collect::<Vec<_>>())
-        };
+        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.linearise_piece(w, s, f);
         let parts: Result<Vec<_>, FitError> = self.pieces().par_iter().map(one).collect();
         let (blocks, residuals) = parts?.into_iter().flatten().unzip();
         Ok(Linearised { blocks, residuals })
     }
 
-    /// The normal equations of the `k`-th window of a piece.
-    fn block(&self, k: usize, starts: &Starts, columns: &sweep::Columns) -> Block {
+    fn linearise_piece(
+        &self,
+        windows: &[Window],
+        starts: &Starts,
+        filters: &[Filter],
+    ) -> Result<Vec<(Block, Vec<f64>)>, FitError> {
+        let all = self.piece(windows, starts, filters).linearise()?;
         let machine = self.problem.model.machine_states();
         let z = starts.memory.len();
-        if self.anchored {
-            Block::of(columns, 0, machine + z)
-        } else if k == 0 {
-            let (off, spread) = self.memory(starts);
-            Block::of(columns, machine + z, 0).with_memory(machine, &off, &spread)
-        } else {
-            Block::of(columns, machine, z)
-        }
-    }
-
-    /// See [`Fit::without_windows`].
-    pub(super) fn leave_out(&self, folds: &[Vec<bool>]) -> Result<Vec<Vec<Vec<f64>>>, FitError> {
-        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| {
-            let columns = self.piece(w, s, f).linearise()?;
-            Ok(columns
-                .into_iter()
-                .enumerate()
-                .map(|(k, c)| (self.block(k, s, &c), c))
-                .collect::<Vec<_>>())
+        let (off, spread) = self.memory(starts);
+        let block = |(k, columns): (usize, sweep::Columns)| {
+            let block = if self.anchored {
+                Block::of(&columns, 0, machine + z)
+            } else if k == 0 {
+                Block::of(&columns, machine + z, 0).with_memory(machine, &off, &spread)
+            } else {
+                Block::of(&columns, machine, z)
+            };
+            (block, columns.residual)
         };
-        let parts: Result<Vec<_>, FitError> = self.pieces().par_iter().map(one).collect();
-        let (blocks, columns): (Vec<Block>, Vec<sweep::Columns>) =
-            parts?.into_iter().flatten().unzip();
-        let theta = self.hypothesis.theta();
-        let without = |fold: &Vec<bool>| {
-            let step = Arrow::new(&self.hypothesis, &blocks, fold).step(&theta, 0.0)?;
-            let moved: Vec<f64> = step.theta.iter().zip(&theta).map(|(a, b)| a - b).collect();
-            let all = columns.iter().zip(&step.states).map(|(c, x)| c.moved(x.as_slice(), &moved));
-            Ok(all.collect())
-        };
-        folds.iter().map(without).collect()
+        Ok(all.into_iter().enumerate().map(block).collect())
     }
 
     fn result(self, theta: &[f64], here: Linearised, end: End) -> Result<Fit<'p>, FitError> {
@@ -287,7 +275,7 @@ impl<'p> Minimisation<'p> {
         let chi2: f64 = blocks.iter().map(|b| b.chi2).sum();
         let penalty = self.objective(theta, 0.0);
         let count = blocks.iter().map(|b| b.count).sum();
-        let precision = Arrow::new(&self.hypothesis, &blocks, &[]).precision(theta)?;
+        let precision = Arrow::new(&self.hypothesis, &blocks, &self.left_out).precision(theta)?;
         if !(chi2 + penalty).is_finite() {
             return Err(FitError::Singular);
         }

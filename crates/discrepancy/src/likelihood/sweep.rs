@@ -32,19 +32,6 @@ pub struct Columns {
     pub by: Vec<Vec<f64>>,
 }
 
-impl Columns {
-    /// The residual after the window's own states and theta have moved, to first order.
-    pub(super) fn moved(&self, states: &[f64], theta: &[f64]) -> Vec<f64> {
-        let mut residual = self.residual.clone();
-        let last = self.by.len() - theta.len();
-        let columns = self.by.iter().zip(states).chain(self.by[last..].iter().zip(theta));
-        for (by, d) in columns {
-            residual.iter_mut().zip(by).for_each(|(r, b)| *r -= b * d);
-        }
-        residual
-    }
-}
-
 /// A hypothesis that is run through some windows of one recording.
 #[derive(Clone, Copy)]
 pub struct Run<'a> {

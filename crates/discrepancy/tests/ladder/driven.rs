@@ -28,7 +28,11 @@ force = ["u - 0.4*v - 3*x"]
 "#;
 
 /// Recordings whose input differs from what the machine got by noise of a share of its spread.
-fn with_noisy_input(mut recordings: Vec<Recording>, share: f64, seed: u64) -> (Vec<Recording>, f64) {
+fn with_noisy_input(
+    mut recordings: Vec<Recording>,
+    share: f64,
+    seed: u64,
+) -> (Vec<Recording>, f64) {
     let mut sd = 0.0;
     for (k, r) in recordings.iter_mut().enumerate() {
         let input = &mut r.columns[0].values;
@@ -65,9 +69,8 @@ fn innovations_have_the_likelihood_of_the_whole_recording() {
         (0..n).map(|k| motion.state(k)[0] * problem.weights[0]).collect()
     };
     let plain = run(&observed.commands);
-    let residual = DVector::from_fn(n, |k, _| {
-        observed.outputs[0][k] * problem.weights[0] - plain[k]
-    });
+    let residual =
+        DVector::from_fn(n, |k, _| observed.outputs[0][k] * problem.weights[0] - plain[k]);
     let mut changes = DMatrix::zeros(n, n);
     for j in 0..n {
         let mut commands = observed.commands.clone();
@@ -115,7 +118,11 @@ fn noisy_inputs_alone_are_no_mismatch() {
         assert_eq!(d.verdict, Verdict::NoMismatch, "{} seed {seed}: {found:?}", d.model);
         let noise = d.driving.inputs.values().next().expect("it is told");
         assert!((noise.std / sd - 1.0).abs() < 0.3, "{noise:?}, truth {sd}");
-        assert!(d.notes.iter().any(|n| n.contains("not quite what the machine got")), "{:?}", d.notes);
+        assert!(
+            d.notes.iter().any(|n| n.contains("not quite what the machine got")),
+            "{:?}",
+            d.notes
+        );
     }
 }
 
