@@ -62,14 +62,16 @@ impl<'p> Search<'p> {
         if !settles(decision, base, &best.fit, share) {
             return None;
         }
-        let left = best.fit.reduced() > decision.explained;
-        if further && left && !beats_remainder(best, look) {
+        // What the best leaves to noise is what all are judged by.
+        let driven = base.noise.is_some();
+        let (base, mut tried, gone) = self.quieter(base, tried)?;
+        let best = tried.first()?;
+        let gained = best.fit.gain_over(&base);
+        if gained < decision.prior_odds {
             return None;
         }
-        // What the best leaves to noise is what all are judged by.
-        let (base, mut tried, gone) = self.quieter(base, tried)?;
-        let gained = tried.first()?.fit.gain_over(&base);
-        if gained < decision.prior_odds {
+        let left = if driven { !gone } else { best.fit.reduced() > decision.explained };
+        if further && left && !beats_remainder(best, look) {
             return None;
         }
         if gone {
