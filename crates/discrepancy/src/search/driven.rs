@@ -7,7 +7,7 @@
 //! every effect, and what an effect gains is what it spares them.
 
 use super::forward::{Tried, rank};
-use super::{Path, Search, Searched, candidate_of};
+use super::{Path, Search, Searched};
 use crate::likelihood::{FULL, Fit, FitError, QUICK, intensity};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -37,32 +37,26 @@ impl<'p> Search<'p> {
         let Quieted { fit, gone } = self.quieted(fit).ok()?;
         let fit = if gone { self.exactly(&fit).ok()? } else { fit };
         let path = Path { fit, named: found.path.named };
-        let path = if gone { path } else { self.or_undriven(exact, path) };
         Some(Searched { path, undriven: exact.reduced(), ..found })
     }
 
-    /// What was found beside noise that drives the machine, or what begins with the effect that a
-    /// search without such noise puts first, where that explains more. A filter is blind to what is
-    /// wrong in the very sensors that it follows.
-    fn or_undriven(&self, exact: &Fit<'p>, driven: Path<'p>) -> Path<'p> {
-        self.watch.tell("looking once more as if nothing else drove the machine");
-        let (base, _, first) = self.first(exact.clone(), self.look(exact));
-        let same = |p: &Path| p.fit.hypothesis.supposed().first().map(candidate_of);
-        if first.named.is_empty() || same(&first) == same(&driven) {
-            return driven;
-        }
-        let begun = self.quieted(&first.fit).and_then(|Quieted { fit, gone }| {
-            let fit = if gone { self.exactly(&fit)? } else { fit };
-            if fit.windowed.level == driven.fit.windowed.level {
-                return Ok(fit);
-            }
-            fit.at_level(driven.fit.windowed.level, QUICK)
+    /// Whichever of two searches explains more: that of free runs, or that beside noise that drives
+    /// the machine. A filter is blind to what is wrong in the very sensors that it follows; free runs
+    /// take what drives the machine for physics.
+    pub(super) fn likelier(&self, free: Searched<'p>, driven: Searched<'p>) -> Searched<'p> {
+        self.watch.tell("which explains more");
+        let level = driven.path.fit.windowed.level.max(free.path.fit.windowed.level);
+        let at_level = |fit: Fit<'p>| match fit.windowed.level == level {
+            true => Ok(fit),
+            false => fit.at_level(level, QUICK),
+        };
+        let under_noise = self.quieted(&free.path.fit).and_then(|Quieted { fit, gone }| {
+            at_level(if gone { self.exactly(&fit)? } else { fit })
         });
-        match begun {
-            Ok(fit) if fit.gain_over(&driven.fit) > self.decision.tie => {
-                let path = Path { fit, ..first };
-                let path = self.prune(self.forward(path, None, super::MOST_EFFECTS));
-                self.select(&base, path)
+        match (under_noise, at_level(driven.path.fit.clone())) {
+            (Ok(fit), Ok(rival)) if rival.gain_over(&fit) <= self.decision.tie => {
+                let undriven = free.undriven;
+                Searched { path: Path { fit, ..free.path }, undriven, ..driven }
             }
             _ => driven,
         }

@@ -1,8 +1,6 @@
 //! The search: which effects, judged by likelihood.
 //!
-//! 1. The model's parameters alone, in windows that grow as long as the model follows; where they
-//!    leave more than noise, beside noise that drives the machine, whose intensities are found again
-//!    with each effect (`driven`).
+//! 1. The model's parameters alone, in windows that grow as long as the model follows.
 //! 2. Every candidate is screened along the fitted trajectory ([`crate::screen`]); the best are
 //!    fitted with the differential equation itself, and the one with the most evidence stays if
 //!    it is worth its prior odds ([`Decision`]).
@@ -13,7 +11,9 @@
 //! 5. Folds of the recordings that are left out must not speak against it, nor against what it
 //!    says beyond a simpler law (`folds`). Recordings that are held out for proof are not known
 //!    here.
-//! 6. A free curve over one variable that beats all that the catalogue offers is an unknown
+//! 6. Where more than noise is left, all this once more beside noise that drives the machine, whose
+//!    intensities are found again with each effect; what explains more stays (`driven`).
+//! 7. A free curve over one variable that beats all that the catalogue offers is an unknown
 //!    function, unless one or two laws together follow it as well.
 
 pub mod chain;
@@ -148,12 +148,18 @@ impl<'p> Search<'p> {
     fn search(&self) -> Result<Searched<'p>, DiagnoseError> {
         self.watch.tell("fitting the model's own parameters");
         let (calibrated, floor) = self.calibrated()?;
-        if calibrated.reduced() >= self.decision.noise
-            && let Some(found) = self.search_driven(&calibrated, floor)
-        {
-            return Ok(found);
+        let free = self.search_from(calibrated.clone(), floor);
+        // What little is left where the model follows its recordings from end to end is noise of
+        // another colour or size than was estimated.
+        let floor = if calibrated.windowed.level == 0 { floor } else { 1.0 };
+        let follows = calibrated.reduced() < self.decision.explained * floor;
+        if follows || free.path.fit.reduced() < self.decision.noise {
+            return Ok(free);
         }
-        Ok(self.search_from(calibrated, floor))
+        Ok(match self.search_driven(&calibrated, free.floor) {
+            Some(driven) => self.likelier(free, driven),
+            None => free,
+        })
     }
 
     /// The effects beside a calibrated model that folds do not speak against.
