@@ -140,7 +140,6 @@ impl<'a> Along<'a> {
         if sum.is_finite() { sum } else { f64::NEG_INFINITY }
     }
 
-    #[inline(never)]
     fn of_window(
         &self,
         (w, maps, filter, rows): &(&Window, &Maps, &Filter, Vec<f64>),

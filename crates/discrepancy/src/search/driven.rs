@@ -8,7 +8,7 @@
 
 use super::forward::{Tried, rank};
 use super::{Path, Search, Searched};
-use crate::likelihood::{FULL, Fit, FitError, QUICK, intensity};
+use crate::likelihood::{FULL, Fit, FitError, QUICK, STILL, intensity};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -40,11 +40,35 @@ impl<'p> Search<'p> {
         Some(Searched { path, undriven: exact.reduced(), ..found })
     }
 
-    /// Whichever of two searches explains more: that of free runs, or that beside noise that drives
-    /// the machine. A filter is blind to what is wrong in the very sensors that it follows; free runs
-    /// take what drives the machine for physics.
+    /// Whichever of two searches predicts better, that of free runs or that beside noise that drives
+    /// the machine; of those that predict alike, the one that explains more. A filter is blind to
+    /// what is wrong in the very sensors that it follows, and to what adds up slowly; free runs take
+    /// what drives the machine for physics.
     pub(super) fn likelier(&self, free: Searched<'p>, driven: Searched<'p>) -> Searched<'p> {
-        self.watch.tell("which explains more");
+        self.watch.tell("which predicts better");
+        let [a, b] = [&free, &driven].map(|s| self.error(&s.path.fit));
+        // Errors are as uncertain as the variance of the noise is.
+        if a * self.decision.noise < b
+            || (a <= b * self.decision.noise && self.says_more(&free, &driven))
+        {
+            free
+        } else {
+            driven
+        }
+    }
+
+    /// Mean square error in windows that are long enough to predict, and short enough for what
+    /// drives the machine not to add up for ever; of the states, only their beginnings are fitted.
+    fn error(&self, fit: &Fit<'p>) -> f64 {
+        // Eight windows: about the horizon of the proof.
+        const LEVEL: u32 = 3;
+        let held = fit.refit(fit.hypothesis.clone().held(), STILL);
+        held.and_then(|f| f.undriven(LEVEL, QUICK)).map_or(f64::INFINITY, |f| f.reduced())
+    }
+
+    /// Whether a search by free runs explains as much as one beside noise, each with the noise that
+    /// it leaves.
+    fn says_more(&self, free: &Searched<'p>, driven: &Searched<'p>) -> bool {
         let level = driven.path.fit.windowed.level.max(free.path.fit.windowed.level);
         let at_level = |fit: Fit<'p>| match fit.windowed.level == level {
             true => Ok(fit),
@@ -54,11 +78,8 @@ impl<'p> Search<'p> {
             at_level(if gone { self.exactly(&fit)? } else { fit })
         });
         match (under_noise, at_level(driven.path.fit.clone())) {
-            (Ok(fit), Ok(rival)) if rival.gain_over(&fit) <= self.decision.tie => {
-                let undriven = free.undriven;
-                Searched { path: Path { fit, ..free.path }, undriven, ..driven }
-            }
-            _ => driven,
+            (Ok(fit), Ok(rival)) => rival.gain_over(&fit) <= self.decision.tie,
+            (fit, _) => fit.is_ok(),
         }
     }
 

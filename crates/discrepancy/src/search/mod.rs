@@ -12,7 +12,7 @@
 //!    says beyond a simpler law (`folds`). Recordings that are held out for proof are not known
 //!    here.
 //! 6. Where more than noise is left, all this once more beside noise that drives the machine, whose
-//!    intensities are found again with each effect; what explains more stays (`driven`).
+//!    intensities are found again with each effect; what predicts better stays (`driven`).
 //! 7. A free curve over one variable that beats all that the catalogue offers is an unknown
 //!    function, unless one or two laws together follow it as well.
 
@@ -153,13 +153,22 @@ impl<'p> Search<'p> {
         // another colour or size than was estimated.
         let floor = if calibrated.windowed.level == 0 { floor } else { 1.0 };
         let follows = calibrated.reduced() < self.decision.explained * floor;
-        if follows || free.path.fit.reduced() < self.decision.noise {
+        let explained = free.path.fit.reduced() < self.decision.noise;
+        if follows || (explained && !self.shows_noisy_inputs()) {
             return Ok(free);
         }
         Ok(match self.search_driven(&calibrated, free.floor) {
             Some(driven) => self.likelier(free, driven),
             None => free,
         })
+    }
+
+    /// Whether noise shows on a recorded input: what free runs explain may then be that.
+    fn shows_noisy_inputs(&self) -> bool {
+        const SHOWN: f64 = 0.01;
+        let problem = self.problem;
+        let shows = |j: usize| problem.input_noise(j) > SHOWN * problem.input_deviation(j);
+        (0..problem.model.inputs.len()).any(shows)
     }
 
     /// The effects beside a calibrated model that folds do not speak against.

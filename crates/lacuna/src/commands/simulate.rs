@@ -62,6 +62,7 @@ struct Report {
 struct Channel {
     unit: String,
     /// Samples that do not count for the error since they are outliers.
+    #[serde(skip_serializing_if = "is_none")]
     outliers: usize,
     #[serde(flatten)]
     error: ChannelError,
@@ -143,4 +144,10 @@ fn print(report: &Report) -> io::Result<()> {
         sayln!("{} of {name} left out of the error: outliers", in_samples(channel.outliers))?;
     }
     Ok(())
+}
+
+/// Whether there are none: they are only told where there are any.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_none(count: &usize) -> bool {
+    *count == 0
 }

@@ -116,6 +116,7 @@ pub fn missing() -> Diagnosis {
             rung("dry (Coulomb) friction on q", 0.947),
             rung("unexplained", 0.022),
         ],
+        driving: Driving::default(),
         data: DataUsed {
             training: vec!["pulses.csv".into()],
             held_out: vec!["trajectory.csv".into()],
