@@ -45,6 +45,10 @@ impl<'p> Search<'p> {
     /// what is wrong in the very sensors that it follows, and to what adds up slowly; free runs take
     /// what drives the machine for physics.
     pub(super) fn likelier(&self, free: Searched<'p>, driven: Searched<'p>) -> Searched<'p> {
+        // What names nothing explains nothing: moved parameters take up what drives the machine.
+        if free.path.named.is_empty() {
+            return driven;
+        }
         self.watch.tell("which predicts better");
         let [a, b] = [&free, &driven].map(|s| self.error(&s.path.fit));
         // Errors are as uncertain as the variance of the noise is.
