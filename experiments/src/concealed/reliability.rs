@@ -7,7 +7,7 @@
 //! ECE = sum_b (n_b / n) |p_b - r_b|
 //! ```
 //!
-//! and the Brier score the mean of (p - y)^2, y being 1 where it is right,, which a sharper claim makes smaller, too.
+//! and the Brier score the mean of (p - y)^2, y being 1 where it is right, which a sharper claim makes smaller, too.
 
 use serde::{Deserialize, Serialize};
 
