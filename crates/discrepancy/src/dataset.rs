@@ -64,6 +64,13 @@ impl Observed {
         self.times.is_empty()
     }
 
+    /// The commands to one actuator.
+    #[must_use]
+    pub fn command(&self, input: usize) -> Vec<f64> {
+        let m = self.commands.len() / self.len().max(1);
+        self.commands.iter().skip(input).step_by(m).copied().collect()
+    }
+
     /// The samples `range` as a recording of their own.
     #[must_use]
     pub fn part(&self, range: std::ops::Range<usize>) -> Self {

@@ -37,7 +37,7 @@ pub fn split(dataset: &Dataset) -> (Dataset, Dataset) {
 /// Range of each output and input of a recording, without the outermost thousandth.
 fn ranges(o: &Observed) -> Vec<(f64, f64)> {
     let m = o.commands.len() / o.len().max(1);
-    let inputs = (0..m).map(|j| o.commands.iter().skip(j).step_by(m).copied().collect());
+    let inputs = (0..m).map(|j| o.command(j));
     o.outputs.iter().cloned().chain(inputs).map(|v| inner_range(v, 1000)).collect()
 }
 

@@ -58,10 +58,8 @@ impl<T: Number> Chain<'_, T> {
                 for (o, innovation) in innovations.iter_mut().enumerate() {
                     *innovation = T::constant(0.0);
                     if filter.measured(at, o) {
-                        let of = &problem.dataset.outputs[o].of;
-                        let seen =
-                            sensed_last(&self.sensors, *of, &times[w.range.clone()], &out[o]);
-                        *innovation = (-seen + observed.outputs[o][k]) * problem.weights[o];
+                        let (run, times) = ((problem, observed), &times[w.range.clone()]);
+                        *innovation = innovation_of(run, &self.sensors, (o, k), times, &out[o]);
                     }
                 }
                 filter.correct(at, &innovations, state);
@@ -133,6 +131,19 @@ fn sensed_last<T: Number>(
     tail[tail.len() - 1]
 }
 
+/// What was measured of output `o` at sample `k` beyond what its sensors make of its series, which
+/// ends there, in units of the noise; NaN where nothing was measured.
+fn innovation_of<T: Number>(
+    (problem, observed): (&Problem, &Observed),
+    sensors: &[SeriesEffect<T>],
+    (o, k): (usize, usize),
+    times: &[f64],
+    series: &[T],
+) -> T {
+    let seen = sensed_last(sensors, problem.dataset.outputs[o].of, times, series);
+    (-seen + observed.outputs[o][k]) * problem.weights[o]
+}
+
 /// What the sensors of a recording see of outputs that come sample by sample.
 pub(super) struct Sensing<'p> {
     problem: &'p Problem<'p>,
@@ -169,9 +180,8 @@ impl<'p> Sensing<'p> {
         debug_assert_eq!(self.series[0].len(), k - self.begin);
         for (o, y) in outputs.iter().enumerate() {
             self.series[o].push(*y);
-            let of = self.problem.dataset.outputs[o].of;
-            let seen = sensed_last(&self.sensors, of, self.times, &self.series[o]);
-            self.innovations[o] = (self.observed.outputs[o][k] - seen) * self.problem.weights[o];
+            let (run, series) = ((self.problem, self.observed), &self.series[o]);
+            self.innovations[o] = innovation_of(run, &self.sensors, (o, k), self.times, series);
         }
         &self.innovations
     }

@@ -314,11 +314,7 @@ impl<'a> Problem<'a> {
 
 /// Noise that the commands to an actuator show; none where it cannot be told.
 fn shown_noise(dataset: &Dataset, input: usize) -> f64 {
-    let series = |o: &Observed| -> Vec<f64> {
-        let m = o.commands.len() / o.len().max(1);
-        o.commands.iter().skip(input).step_by(m).copied().collect()
-    };
-    let all: Vec<Vec<f64>> = dataset.recordings.iter().map(series).collect();
+    let all: Vec<Vec<f64>> = dataset.recordings.iter().map(|o| o.command(input)).collect();
     let times = dataset.recordings.iter().map(|o| &o.times[..]);
     let pairs: Vec<(&[f64], &[f64])> = times.zip(all.iter().map(Vec::as_slice)).collect();
     estimate_noise_pooled(&pairs).map_or(0.0, |n| n.sd)

@@ -11,6 +11,11 @@ use lacuna_plants::model::Measured;
 /// What drives the linearised motion: where, the series, its sign.
 pub(super) type Drives = Vec<(Drive, Vec<f64>, f64)>;
 
+/// The value of a drive at a sample of the recording.
+type Value = fn(usize) -> f64;
+/// Where nothing drives the motion, and only its outputs are seen otherwise.
+const UNDRIVEN: [(Drive, Value); 0] = [];
+
 impl Screen<'_> {
     /// What drives the linearised motion for each amplitude of a term.
     pub(super) fn drives(&self, term: &Term, along: &Along) -> Vec<Drives> {
@@ -96,12 +101,7 @@ impl Screen<'_> {
         let mut out: Vec<Vec<f64>> =
             outputs.iter().map(|o| if is(o) { change.clone() } else { zero() }).collect();
         if let Some(filter) = along.maps.filters.get(local.number) {
-            along.maps.propagate(
-                range,
-                Some(filter),
-                &[(); 0].map(|()| (Drive::Force(0), |_| 0.0)),
-                &mut out,
-            );
+            along.maps.propagate(range, Some(filter), &UNDRIVEN, &mut out);
         }
         self.rows(along, local, &out)
     }

@@ -30,14 +30,13 @@ impl<'p> Search<'p> {
         self.watch.tell("looking for what drives the machine beside its inputs");
         let calibrated = self.calibrated_driven(exact).ok()??;
         let found = self.search_from(calibrated, floor);
-        let fit = &found.path.fit;
-        if fit.noise.is_none() {
-            return Some(Searched { undriven: exact.reduced(), ..found });
+        let found = Searched { undriven: exact.reduced(), ..found };
+        if found.path.fit.noise.is_none() {
+            return Some(found);
         }
-        let Quieted { fit, gone } = self.quieted(fit).ok()?;
+        let Quieted { fit, gone } = self.quieted(&found.path.fit).ok()?;
         let fit = if gone { self.exactly(&fit).ok()? } else { fit };
-        let path = Path { fit, named: found.path.named };
-        Some(Searched { path, undriven: exact.reduced(), ..found })
+        Some(Searched { path: Path { fit, ..found.path }, ..found })
     }
 
     /// Whichever of two searches predicts better, that of free runs or that beside noise that drives
@@ -161,7 +160,12 @@ impl<'p> Search<'p> {
         let direct = best.fit.driven_by(None, FULL);
         tried.retain(|t| t.fit.log_evidence(temperature) >= least);
         let mut tried = match direct {
-            Ok(f) if f.reduced() < self.decision.noise => each(tried, |f| f.driven_by(None, FULL)),
+            Ok(fit) if fit.reduced() < self.decision.noise => {
+                let best = Tried { fit, ..tried.remove(0) };
+                let mut all = each(tried, |f| f.driven_by(None, FULL));
+                all.insert(0, best);
+                all
+            }
             // Long windows carry too far what is not yet quite right.
             _ => each(tried, |f| f.undriven(self.level, QUICK)),
         };

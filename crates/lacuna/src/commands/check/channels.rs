@@ -221,11 +221,9 @@ pub fn inputs(
     recordings: &[Recording],
     data: &Dataset,
 ) -> Result<Vec<Input>, Box<dyn Error>> {
-    let m = model.inputs.len();
     let input = |(j, quantity): (usize, &lacuna::plants::model::Quantity)| {
         let (column, column_unit) = column_of(model, Measured::Input(j), &quantity.name);
-        let of = |r: &Observed| r.commands.iter().skip(j).step_by(m).copied().collect::<Vec<f64>>();
-        let series: Vec<Vec<f64>> = data.recordings.iter().map(of).collect();
+        let series: Vec<Vec<f64>> = data.recordings.iter().map(|r| r.command(j)).collect();
         let slices: Vec<&[f64]> = series.iter().map(Vec::as_slice).collect();
         let stretches = stretches(recordings, &slices);
         let excitation = excitation(&series);
