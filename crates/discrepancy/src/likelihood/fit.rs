@@ -107,6 +107,27 @@ impl Windowed {
         next
     }
 
+    /// The windows that are `marked`, with those of the same recordings that memory runs through;
+    /// and which of them are not marked.
+    fn part(&self, marked: &[bool]) -> (Self, Vec<bool>) {
+        let mut part = self.clone();
+        let (mut silent, mut first) = (vec![], 0);
+        for (windows, starts) in part.windows.iter_mut().zip(&mut part.starts) {
+            let own = &marked[first..first + windows.len()];
+            first += own.len();
+            let whole = !starts.memory.is_empty() && own.contains(&true);
+            let mut stays = own.iter().map(|marked| whole || *marked);
+            windows.retain(|_| stays.next().unwrap_or(false));
+            let mut stays = own.iter().map(|marked| whole || *marked);
+            starts.machine.retain(|_| stays.next().unwrap_or(false));
+            if windows.is_empty() {
+                starts.memory.clear();
+            }
+            silent.extend(own.iter().filter(|marked| whole || **marked).map(|marked| !marked));
+        }
+        (part, silent)
+    }
+
     /// The same for effects whose memory begins at rest where it did not exist before.
     fn fitted_to(mut self, problem: &Problem, h: &Hypothesis) -> Self {
         let system = System::with(problem.model, &h.parameters, &h.effects);
@@ -134,8 +155,9 @@ impl<'p> Fit<'p> {
     ) -> Result<Self, FitError> {
         let windowed = Windowed::smoothed(problem, level);
         let states = Effort { steps: 4, least: 1.0 };
-        let held = minimise(problem, hypothesis.clone().held(), windowed, None, states)?;
-        minimise(problem, hypothesis, held.windowed, None, FULL)
+        let steps = problem.substeps(&hypothesis.parameters, &hypothesis.effects);
+        let held = minimise(problem, hypothesis.clone().held(), windowed, (None, steps), states)?;
+        minimise(problem, hypothesis, held.windowed, (None, steps), FULL)
     }
 
     /// Fit the same hypothesis for a machine that is driven by noise.
@@ -148,7 +170,7 @@ impl<'p> Fit<'p> {
         effort: Effort,
     ) -> Result<Self, FitError> {
         let (h, windowed) = (self.hypothesis.clone(), self.windowed.clone());
-        minimise(self.problem, h, windowed, noise, effort)
+        minimise(self.problem, h, windowed, (noise, self.substeps), effort)
     }
 
     /// Fit another hypothesis from here, in the same windows.
@@ -161,7 +183,8 @@ impl<'p> Fit<'p> {
         for starts in &mut windowed.starts {
             starts.memory.truncate(kept);
         }
-        minimise(self.problem, h, windowed, self.noise.clone(), effort)
+        let steps = self.problem.substeps(&h.parameters, &h.effects);
+        minimise(self.problem, h, windowed, (self.noise.clone(), steps), effort)
     }
 
     /// Fit the same hypothesis in windows of another level.
@@ -170,7 +193,8 @@ impl<'p> Fit<'p> {
     /// [`FitError`].
     pub fn at_level(&self, level: u32, effort: Effort) -> Result<Self, FitError> {
         let windowed = self.windows_at(level)?;
-        minimise(self.problem, self.hypothesis.clone(), windowed, self.noise.clone(), effort)
+        let driven = (self.noise.clone(), self.substeps);
+        minimise(self.problem, self.hypothesis.clone(), windowed, driven, effort)
     }
 
     /// Fit the same hypothesis in windows of another level for a machine that no noise drives.
@@ -178,7 +202,8 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn undriven(&self, level: u32, effort: Effort) -> Result<Self, FitError> {
-        minimise(self.problem, self.hypothesis.clone(), self.windows_at(level)?, None, effort)
+        let (h, windowed) = (self.hypothesis.clone(), self.windows_at(level)?);
+        minimise(self.problem, h, windowed, (None, self.substeps), effort)
     }
 
     /// Windows of another level; what nothing measures begins on this fit's path.
@@ -195,7 +220,8 @@ impl<'p> Fit<'p> {
         let windowed = self.windows_at(level)?;
         let effort = Effort { steps: 3, least: 1.0 };
         let held = self.hypothesis.clone().held();
-        let fit = minimise(self.problem, held, windowed, self.noise.clone(), effort)?;
+        let driven = (self.noise.clone(), self.substeps);
+        let fit = minimise(self.problem, held, windowed, driven, effort)?;
         Ok(Self { hypothesis: self.hypothesis.clone(), ..fit })
     }
 
@@ -234,17 +260,32 @@ impl<'p> Fit<'p> {
         Minimisation { anchored: true, ..minimisation }.run(effort)
     }
 
-    /// The same in the same windows, theta fitted as if those marked in `left_out` had not been
-    /// recorded; then the states of all windows, and they alone.
+    /// Residuals of the windows marked in `left_out`, which are predicted: theta is fitted as if
+    /// they had not been recorded, then their states, and they alone.
     ///
     /// # Errors
     /// [`FitError`].
-    pub fn without_windows(&self, left_out: Vec<bool>, effort: Effort) -> Result<Self, FitError> {
-        let (hypothesis, windowed) = (self.hypothesis.clone(), self.windowed.clone());
+    pub fn predicted(&self, left_out: &[bool], effort: Effort) -> Result<Vec<Vec<f64>>, FitError> {
+        let known: Vec<bool> = left_out.iter().map(|out| !out).collect();
+        let (moved, _) = self.in_part(self.hypothesis.clone(), &known, effort)?;
+        let states = Effort { steps: 3, least: 0.3 };
+        let (fit, silent) = self.in_part(moved.hypothesis.held(), left_out, states)?;
+        let all = fit.residuals.iter().zip(&silent);
+        Ok(all.filter(|(_, silent)| !**silent).map(|(r, _)| r.clone()).collect())
+    }
+
+    /// A fit in the windows that are marked; and which of the fit's own windows were run through
+    /// for their memory's sake alone.
+    fn in_part(
+        &self,
+        hypothesis: Hypothesis,
+        marked: &[bool],
+        effort: Effort,
+    ) -> Result<(Self, Vec<bool>), FitError> {
+        let (windowed, left_out) = self.windowed.part(marked);
         let minimisation = Minimisation::new(self.problem, hypothesis, windowed, self.substeps);
-        let noise = self.noise.clone();
-        let moved = Minimisation { left_out, noise, ..minimisation }.run(effort)?;
-        moved.refit(moved.hypothesis.clone().held(), Effort { steps: 3, least: 0.3 })
+        let (noise, silent) = (self.noise.clone(), left_out.clone());
+        Ok((Minimisation { left_out, noise, ..minimisation }.run(effort)?, silent))
     }
 
     /// A run through the windows of each recording.
@@ -356,10 +397,9 @@ fn minimise<'p>(
     problem: &'p Problem<'p>,
     hypothesis: Hypothesis,
     windowed: Windowed,
-    noise: Option<Arc<ProcessNoise>>,
+    (noise, substeps): (Option<Arc<ProcessNoise>>, usize),
     effort: Effort,
 ) -> Result<Fit<'p>, FitError> {
-    let substeps = problem.substeps(&hypothesis.parameters, &hypothesis.effects);
     let windowed = windowed.fitted_to(problem, &hypothesis);
     let minimisation = Minimisation::new(problem, hypothesis, windowed, substeps);
     Minimisation { noise, ..minimisation }.run(effort)

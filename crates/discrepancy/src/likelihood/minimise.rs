@@ -36,6 +36,18 @@ pub(super) struct Minimisation<'p> {
     pub filters: Vec<Vec<Filter>>,
 }
 
+/// Damping with which a minimisation begins; what a step promises with no more is what the
+/// optimum is below.
+const BELIEVED: f64 = 1e-3;
+
+/// What came of a step.
+enum Descent {
+    /// It was taken: what it gained, the windows there.
+    Taken { gained: f64, there: Linearised },
+    /// None was taken.
+    Ended(End),
+}
+
 /// The windows of all recordings, linearised.
 struct Linearised {
     blocks: Vec<Block>,
@@ -59,7 +71,7 @@ impl<'p> Minimisation<'p> {
     pub(super) fn run(mut self, effort: Effort) -> Result<Fit<'p>, FitError> {
         let mut theta = self.hypothesis.theta();
         self.make_filters()?;
-        let mut damping = 1e-3;
+        let mut damping = BELIEVED;
         let mut here = self.linearise()?;
         let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
@@ -67,33 +79,41 @@ impl<'p> Minimisation<'p> {
                 return Err(FitError::Cancelled);
             }
             let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
-            let found = self.descend(&here.blocks, before, &mut theta, &mut damping)?;
-            let Some((gained, there)) = found else {
-                end = End::Stalled;
-                break;
-            };
-            here = there;
             let count: usize = here.blocks.iter().map(|b| b.count).sum();
-            if gained < effort.least * (before / count.max(1) as f64).max(1.0) {
-                end = End::Converged;
-                break;
+            let least = effort.least * (before / count.max(1) as f64).max(1.0);
+            match self.descend(&here.blocks, (before, least), &mut theta, &mut damping)? {
+                Descent::Taken { gained, there } => {
+                    here = there;
+                    if gained < least {
+                        end = End::Converged;
+                        break;
+                    }
+                }
+                Descent::Ended(why) => {
+                    end = why;
+                    break;
+                }
             }
         }
         self.result(&theta, here, end)
     }
 
-    /// Take one step that lowers the objective, shorter and shorter ones being tried: what it
-    /// gains, and the windows there. None where no step does.
+    /// Take one step that lowers the objective, shorter and shorter ones being tried. None is taken
+    /// where the linearised windows promise less than is asked for.
     fn descend(
         &mut self,
         blocks: &[Block],
-        before: f64,
+        (before, least): (f64, f64),
         theta: &mut Vec<f64>,
         damping: &mut f64,
-    ) -> Result<Option<(f64, Linearised)>, FitError> {
+    ) -> Result<Descent, FitError> {
         const TRIES: usize = 6;
         for attempt in 0..TRIES {
             let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, *damping);
+            let promised = step.as_ref().map_or(f64::INFINITY, |s| s.promised);
+            if attempt == 0 && *damping <= BELIEVED && promised < least {
+                return Ok(Descent::Ended(End::Converged));
+            }
             // A singular step is damped more, as one that does not descend is. The first step is
             // nearly always taken, so that its derivatives are computed at once; after a failure
             // the sum of squares alone is tried first.
@@ -101,11 +121,11 @@ impl<'p> Minimisation<'p> {
             if let Some((after, there)) = taken {
                 *damping = f64::max(0.125 * *damping, 1e-7);
                 let there = there.map_or_else(|| self.linearise(), Ok)?;
-                return Ok(Some((before - after, there)));
+                return Ok(Descent::Taken { gained: before - after, there });
             }
             *damping *= if *damping > 1e-4 { 8.0 } else { 50.0 };
         }
-        Ok(None)
+        Ok(Descent::Ended(End::Stalled))
     }
 
     /// Take a step if it lowers the objective: the objective after it, and the windows there if
@@ -165,6 +185,9 @@ impl<'p> Minimisation<'p> {
         let Some(noise) = self.noise.clone() else { return Ok(()) };
         let Windowed { windows, starts, .. } = &self.windowed;
         let one = |(w, s): (&Vec<Window>, &Starts)| {
+            if w.is_empty() {
+                return Ok(vec![]);
+            }
             Ok(Maps::along(&self.piece(w, s, &[]), Some(&noise))?.filters)
         };
         let filters: Result<Vec<_>, FitError> = windows.par_iter().zip(starts).map(one).collect();
@@ -189,8 +212,8 @@ impl<'p> Minimisation<'p> {
         let Windowed { windows, starts, .. } = &self.windowed;
         let mut pieces = vec![];
         for (r, (windows, starts)) in windows.iter().zip(starts).enumerate() {
-            let length = windows.len().div_ceil(PIECES);
-            let length = if starts.memory.is_empty() { length } else { windows.len() };
+            let length = windows.len().div_ceil(PIECES).max(1);
+            let length = if starts.memory.is_empty() { length } else { windows.len().max(1) };
             let filters = self.filters.get(r).map_or(&[][..], Vec::as_slice);
             for (k, w) in windows.chunks(length).enumerate() {
                 let range = k * length..k * length + w.len();

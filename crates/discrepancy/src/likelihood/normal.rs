@@ -116,6 +116,8 @@ pub struct Step {
     pub theta: Vec<f64>,
     /// Of each window's states.
     pub states: Vec<DVector<f64>>,
+    /// By how much the objective would fall if the residual were linear.
+    pub promised: f64,
 }
 
 /// Normal equations of theta alone.
@@ -123,6 +125,8 @@ struct Reduced {
     schur: DMatrix<f64>,
     gradient: DVector<f64>,
     factors: Vec<Cholesky<f64, Dyn>>,
+    /// By how much the objective would fall by the states alone.
+    promised: f64,
 }
 
 impl<'a> Arrow<'a> {
@@ -139,12 +143,14 @@ impl<'a> Arrow<'a> {
         let p = free.len();
         let (mut schur, mut gradient) = (DMatrix::zeros(p, p), DVector::zeros(p));
         let mut factors = Vec::with_capacity(self.blocks.len());
+        let mut promised = 0.0;
         for (k, b) in self.blocks.iter().enumerate() {
             let factor = ridged(&b.state, damping).cholesky().ok_or(FitError::Singular)?;
             if !self.left_out.get(k).is_some_and(|left_out| *left_out) {
                 let solved = factor.solve(&b.cross);
                 schur += &b.theta - b.cross.tr_mul(&solved);
                 gradient += &b.theta_gradient - solved.tr_mul(&b.state_gradient);
+                promised += b.state_gradient.dot(&factor.solve(&b.state_gradient));
             }
             factors.push(factor);
         }
@@ -155,7 +161,7 @@ impl<'a> Arrow<'a> {
             }
             schur[(i, i)] += 1.0;
         }
-        Ok(Reduced { schur, gradient, factors })
+        Ok(Reduced { schur, gradient, factors, promised })
     }
 
     /// A damped Gauss-Newton step from `theta`.
@@ -164,7 +170,7 @@ impl<'a> Arrow<'a> {
     /// [`FitError::Singular`].
     pub fn step(&self, theta: &[f64], damping: f64) -> Result<Step, FitError> {
         let free = &self.hypothesis.free;
-        let Reduced { mut schur, gradient, factors } = self.reduce(theta, damping)?;
+        let Reduced { mut schur, gradient, factors, mut promised } = self.reduce(theta, damping)?;
         for i in 0..free.len() {
             schur[(i, i)] *= 1.0 + damping;
         }
@@ -186,6 +192,7 @@ impl<'a> Arrow<'a> {
             let before = active.len();
             active.retain(|&i| !leaves(i, step[i]));
             if active.len() == before {
+                promised += right.dot(&solved);
                 break;
             }
         }
@@ -202,7 +209,7 @@ impl<'a> Arrow<'a> {
             .zip(&factors)
             .map(|(b, factor)| factor.solve(&(&b.state_gradient - &b.cross * &taken)))
             .collect();
-        Ok(Step { theta: moved, states })
+        Ok(Step { theta: moved, states, promised })
     }
 
     /// Precision of theta in units of its prior, states eliminated; and that of the memories at

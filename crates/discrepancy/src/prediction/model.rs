@@ -1,22 +1,30 @@
 //! Predictions of a model.
 
 use super::state::{self, Runner};
-use super::{Prediction, Series, substeps, until_diverged};
+use super::{Prediction, Series, substeps};
 use crate::dataset::{Dataset, Observed};
+use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Measured, ModelEffect, Observation};
-use lacuna_plants::{Model, Plant, System, rk4_sampled};
+use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect};
+use lacuna_plants::{Hold, Model, System};
 use std::ops::Range;
 
 /// A model, ready to predict the outputs of a dataset.
 pub struct Predictor<'a> {
     model: Model,
-    system: System,
+    parameters: Vec<f64>,
     observation: Observation,
-    bound: Bound,
+    plain: InNumbers<f64>,
     dataset: &'a Dataset,
     weights: Vec<f64>,
     substeps: usize,
+}
+
+/// A model in one kind of number.
+struct InNumbers<T: Number> {
+    system: System<T>,
+    bound: Bound<T>,
+    sensors: Vec<SeriesEffect<T>>,
 }
 
 /// A recording with the inputs that the actuators make of its commands.
@@ -57,10 +65,14 @@ impl<'a> Predictor<'a> {
         model.effects = effects.to_vec();
         let measured: Vec<_> = dataset.outputs.iter().map(|o| o.of).collect();
         let observation = Observation::of(&model, &measured);
-        let bound = observation.bind(parameters);
         let weights = (0..measured.len()).map(|k| 1.0 / dataset.noise_sd(k)).collect();
-        let system = System::with(&model, parameters, effects);
-        Self { model, system, observation, bound, dataset, weights, substeps }
+        let plain = InNumbers {
+            system: System::with(&model, parameters, effects),
+            bound: observation.bind(parameters),
+            sensors: SeriesEffect::sensors(effects),
+        };
+        let parameters = parameters.to_vec();
+        Self { model, parameters, observation, plain, dataset, weights, substeps }
     }
 
     /// RK4 steps between two samples, at most so many, whose error stays below a share of the
@@ -70,7 +82,9 @@ impl<'a> Predictor<'a> {
         let driven = self.drive(observed);
         let starts = substeps::stretches(observed).map(|s| (self.guess(observed, s.start), s));
         substeps::fewest(self.dataset, (tolerance, most), |steps| {
-            starts.each_ref().map(|(state, s)| self.run(&driven, s.clone(), state, steps))
+            starts.each_ref().map(|(state, s)| {
+                self.run(&self.plain, &driven, (s.clone(), steps), &mut state.clone())
+            })
         })
     }
 
@@ -79,31 +93,54 @@ impl<'a> Predictor<'a> {
         Driven { observed, effective }
     }
 
-    /// Outputs over `range` from the whole state `x0`, memory included; NaN from where the model diverges.
-    fn run(&self, driven: &Driven, range: Range<usize>, x0: &[f64], substeps: usize) -> Series {
+    /// The model in numbers that carry derivatives.
+    fn dual(&self) -> InNumbers<Dual> {
+        let Self { model, parameters, .. } = self;
+        let numbers: Vec<Dual> = parameters.iter().map(|&p| Dual::constant(p)).collect();
+        InNumbers {
+            system: System::along(model, parameters, &model.effects, &[], 0.0),
+            bound: self.observation.bind(&numbers),
+            sensors: SeriesEffect::sensors_along(&model.effects, &[]),
+        }
+    }
+
+    /// Outputs over a range from a whole state, memory included, so many steps a sample; NaN from
+    /// where the model diverges.
+    fn run<T: Number>(
+        &self,
+        model: &InNumbers<T>,
+        driven: &Driven,
+        (range, substeps): (Range<usize>, usize),
+        state: &mut [T],
+    ) -> Vec<Vec<T>> {
         let Driven { observed, effective } = driven;
-        let m = self.model.inputs.len();
-        let n = range.len();
-        let times = &observed.times[range.clone()];
-        let inputs = &effective[range.start * m..range.end * m];
-        let width = self.system.states();
-        let (states, reached) = until_diverged(times, |count| {
-            let (times, inputs) = (&times[..count], &inputs[..count * m]);
-            rk4_sampled(&self.system, x0, times, inputs, self.model.hold, substeps)
-        });
-        let mut outputs = vec![vec![f64::NAN; n]; self.weights.len()];
-        let mut y = vec![0.0; self.weights.len()];
-        for k in 0..reached {
-            let u = &inputs[k * m..(k + 1) * m];
-            let state = &states[k * width..(k + 1) * width];
-            self.observation.evaluate(&self.bound, times[k], state, u, &mut y);
-            for (series, value) in outputs.iter_mut().zip(&y) {
-                series[k] = *value;
+        let (m, times) = (self.model.inputs.len(), &observed.times[range.clone()]);
+        let input = |k: usize| effective[k * m..(k + 1) * m].iter().map(|&u| T::constant(u));
+        let mut workspace = model.system.workspace();
+        let count = self.weights.len();
+        let mut outputs = vec![vec![T::constant(f64::NAN); times.len()]; count];
+        let mut y = vec![T::constant(0.0); count];
+        let mut here: Vec<T> = input(range.start).collect();
+        let mut next = here.clone();
+        for (at, k) in range.clone().enumerate() {
+            if !state.iter().all(|x| x.value().is_finite()) {
+                break;
             }
+            here.iter_mut().zip(input(k)).for_each(|(u, given)| *u = given);
+            self.observation.evaluate(&model.bound, times[at], state, &here, &mut y);
+            outputs.iter_mut().zip(&y).for_each(|(series, y)| series[at] = *y);
+            if k + 1 == range.end {
+                break;
+            }
+            let after = if self.model.hold == Hold::Linear { k + 1 } else { k };
+            next.iter_mut().zip(input(after)).for_each(|(u, given)| *u = given);
+            let span = (times[at], times[at + 1]);
+            model.system.advance(&mut workspace, span, (&here, &next), substeps, state);
         }
         for (series, output) in outputs.iter_mut().zip(&self.dataset.outputs) {
-            if let Measured::State(state) = output.of {
-                *series = self.model.observed(state, times, std::mem::take(series));
+            let Measured::State(entry) = output.of else { continue };
+            for sensor in model.sensors.iter().filter(|s| s.channel == entry) {
+                *series = sensor.applied(times, series);
             }
         }
         outputs
@@ -124,20 +161,24 @@ impl<'a> Predictor<'a> {
                 x[i + n] = slope;
             }
         }
-        self.system.at_rest(&x)
+        self.plain.system.at_rest(&x)
     }
 
     /// A run to the end from the state that fits the first `warmup` samples, which do not
     /// count for the error.
     #[must_use]
     pub fn free_run(&self, observed: &Observed, warmup: usize) -> Prediction {
-        state::free_run(&Driving { predictor: self, driven: &self.drive(observed) }, warmup)
+        state::free_run(&self.driving(&self.drive(observed)), warmup)
     }
 
     /// Runs of `horizon` seconds, the state at the beginning of each fitted to that window.
     #[must_use]
     pub fn windowed(&self, observed: &Observed, horizon: f64) -> Prediction {
-        state::windowed(&Driving { predictor: self, driven: &self.drive(observed) }, horizon)
+        state::windowed(&self.driving(&self.drive(observed)), horizon)
+    }
+
+    fn driving<'r>(&'r self, driven: &'r Driven<'r>) -> Driving<'r, 'a> {
+        Driving { predictor: self, driven, dual: self.dual() }
     }
 }
 
@@ -145,6 +186,7 @@ impl<'a> Predictor<'a> {
 struct Driving<'r, 'a> {
     predictor: &'r Predictor<'a>,
     driven: &'r Driven<'r>,
+    dual: InNumbers<Dual>,
 }
 
 impl Runner for Driving<'_, '_> {
@@ -161,7 +203,27 @@ impl Runner for Driving<'_, '_> {
     }
 
     fn run(&self, range: Range<usize>, x0: &[f64]) -> Series {
-        self.predictor.run(self.driven, range, x0, self.predictor.substeps)
+        let Predictor { plain, substeps, .. } = self.predictor;
+        self.predictor.run(plain, self.driven, (range, *substeps), &mut x0.to_vec())
+    }
+
+    /// Exact: the entries of the state in the lanes of dual numbers.
+    fn run_along(&self, range: Range<usize>, x0: &[f64]) -> Vec<Series> {
+        let along = |first: usize| {
+            let seed = |(i, x): (usize, &f64)| match i.wrapping_sub(first) {
+                lane if lane < LANES => Dual::direction(*x, lane),
+                _ => Dual::constant(*x),
+            };
+            let mut state: Vec<Dual> = x0.iter().enumerate().map(seed).collect();
+            let steps = (range.clone(), self.predictor.substeps);
+            let outputs = self.predictor.run(&self.dual, self.driven, steps, &mut state);
+            let lane = |l: usize| -> Series {
+                let of = |series: &Vec<Dual>| series.iter().map(|y| y.tangent[l]).collect();
+                outputs.iter().map(of).collect()
+            };
+            (0..LANES.min(x0.len() - first)).map(lane).collect::<Vec<_>>()
+        };
+        (0..x0.len()).step_by(LANES).flat_map(along).collect()
     }
 }
 

@@ -18,6 +18,22 @@ pub(super) trait Runner {
 
     /// Outputs over `range` from the whole state `x0`; NaN from where the model diverges.
     fn run(&self, range: Range<usize>, x0: &[f64]) -> Series;
+
+    /// Derivatives of those outputs by each entry of `x0`, here by forward differences.
+    fn run_along(&self, range: Range<usize>, x0: &[f64]) -> Vec<Series> {
+        let here = self.run(range.clone(), x0);
+        let by = |i: usize| {
+            let mut moved = x0.to_vec();
+            let h = state_step(x0[i]);
+            moved[i] += h;
+            let mut there = self.run(range.clone(), &moved);
+            for (there, here) in there.iter_mut().flatten().zip(here.iter().flatten()) {
+                *there = (*there - here) / h;
+            }
+            there
+        };
+        (0..x0.len()).map(by).collect()
+    }
 }
 
 /// The state (memory of effects included) at the beginning of `range` that fits its samples best
@@ -27,13 +43,18 @@ pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>) -> Vec<f64> {
     let mut rest = residual(runner, &range, &x);
     let mut damping = 1e-3;
     for _ in 0..20 {
-        let jacobian = jacobian(runner, &range, &x, &rest);
+        let jacobian = jacobian(runner, &range, &x);
         let gradient = jacobian.tr_mul(&rest);
         let normal = jacobian.tr_mul(&jacobian);
         let before = rest.norm_squared();
+        let least = 1e-4 * before.min(1e3);
         let mut improved = false;
-        for _ in 0..8 {
+        for attempt in 0..8 {
             let Some(step) = damped_step(&normal, &gradient, damping) else { break };
+            // What the derivatives promise, little damped, is what the optimum is below.
+            if attempt == 0 && damping <= 1e-3 && gradient.dot(&step) < least {
+                break;
+            }
             let candidate: Vec<f64> = x.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
             let trial = residual(runner, &range, &candidate);
             if trial.norm_squared() < before {
@@ -44,7 +65,7 @@ pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>) -> Vec<f64> {
             }
             damping *= 10.0;
         }
-        if !improved || before - rest.norm_squared() < 1e-4 * before.min(1e3) {
+        if !improved || before - rest.norm_squared() < least {
             break;
         }
     }
@@ -66,22 +87,21 @@ pub(super) fn residual(runner: &impl Runner, range: &Range<usize>, x: &[f64]) ->
     DVector::from_vec(out)
 }
 
-/// Derivative of the prediction with respect to the state at the beginning, by forward
-/// differences.
-fn jacobian(
-    runner: &impl Runner,
-    range: &Range<usize>,
-    x: &[f64],
-    rest: &DVector<f64>,
-) -> DMatrix<f64> {
-    let columns: Vec<_> = (0..x.len())
-        .map(|i| {
-            let mut moved = x.to_vec();
-            let h = state_step(x[i]);
-            moved[i] += h;
-            (rest - residual(runner, range, &moved)) / h
-        })
-        .collect();
+/// Derivative of the weighted prediction with respect to the state at the beginning; 0 where the
+/// model has diverged.
+fn jacobian(runner: &impl Runner, range: &Range<usize>, x: &[f64]) -> DMatrix<f64> {
+    let column = |by: Series| {
+        let mut out = Vec::new();
+        for (k, series) in by.iter().enumerate() {
+            let measured = &runner.observed().outputs[k][range.clone()];
+            for (_, d) in measured.iter().zip(series).filter(|(y, _)| y.is_finite()) {
+                let d = d * runner.weights()[k];
+                out.push(if d.is_finite() { d } else { 0.0 });
+            }
+        }
+        DVector::from_vec(out)
+    };
+    let columns: Vec<_> = runner.run_along(range.clone(), x).into_iter().map(column).collect();
     DMatrix::from_columns(&columns)
 }
 

@@ -41,11 +41,10 @@ impl Search<'_> {
         let temperature = with.temperature();
         let mut total = Said::default();
         for fold in folds(&with) {
-            let Ok(plain) = without.without_windows(fold.clone(), FEW) else { continue };
+            let Ok(plain) = without.predicted(&fold, FEW) else { continue };
             // Whoever diverges where the plainer model does not has been refuted.
-            let Ok(rich) = with.without_windows(fold.clone(), FEW) else { return true };
-            let pairs = plain.residuals.iter().zip(rich.residuals.iter());
-            for ((a, b), _) in pairs.zip(&fold).filter(|(_, left_out)| **left_out) {
+            let Ok(rich) = with.predicted(&fold, FEW) else { return true };
+            for (a, b) in plain.iter().zip(&rich) {
                 let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
                 total.drop += squares(a) - squares(b);
                 total.size += a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
@@ -69,8 +68,12 @@ impl Search<'_> {
                 path.fit = chain::polish(without);
             }
         }
+        // A single effect was left out alone already.
+        if path.named.len() < 2 {
+            return path;
+        }
         let Some(alone) = self.like(&path.fit, calibrated) else { return path };
-        if !path.named.is_empty() && self.refuted(&alone, &path.fit) {
+        if self.refuted(&alone, &path.fit) {
             return Path { fit: calibrated.clone(), named: vec![] };
         }
         path
