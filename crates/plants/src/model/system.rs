@@ -226,27 +226,31 @@ impl<T: Number> System<T> {
             }
         }
         let Workspace { room, variables, outputs, slope, stage, input } = w;
-        let evaluate = |v: &[T], o: &mut [T]| bound.evaluate(room, v, o);
-        self.rates(t, stage, input, &mut slope[k], variables, outputs, evaluate);
+        let at = (t, &stage[..], &input[..]);
+        self.variables(at, variables);
+        // No closure stands between: it would be compiled apart, for the narrowest vectors.
+        bound.evaluate(room, variables, outputs);
+        self.rates(at, outputs, &mut slope[k]);
     }
 
-    #[allow(clippy::too_many_arguments)]
+    /// What the dynamics are evaluated at.
     #[inline(always)]
-    fn rates(
-        &self,
-        t: f64,
-        state: &[T],
-        u: &[T],
-        derivative: &mut [T],
-        variables: &mut [T],
-        outputs: &mut [T],
-        evaluate: impl FnOnce(&[T], &mut [T]),
-    ) {
+    fn variables(&self, (t, state, u): (f64, &[T], &[T]), variables: &mut [T]) {
         let machine = self.machine_states();
         variables[..machine].copy_from_slice(&state[..machine]);
         variables[machine..machine + u.len()].copy_from_slice(u);
         variables[machine + u.len()] = T::constant(t);
-        evaluate(variables, outputs);
+    }
+
+    /// Rates of the whole state, given what the dynamics evaluate to there.
+    #[inline(always)]
+    fn rates(
+        &self,
+        (t, state, u): (f64, &[T], &[T]),
+        outputs: &mut [T],
+        derivative: &mut [T],
+    ) {
+        let machine = self.machine_states();
         let n = self.sizes.coordinates;
         let (mass, force) = outputs.split_at_mut(n * n);
         for (f, p) in force.iter_mut().zip(&self.push) {
@@ -327,14 +331,16 @@ impl Plant for System {
 
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], derivative: &mut [f64]) {
         let (variables, outputs) = (self.sizes.variables(), self.sizes.rates());
-        let evaluate = |v: &[f64], o: &mut [f64]| self.bound.evaluate_once(v, o);
+        let mut rates = |v: &mut [f64], o: &mut [f64]| {
+            self.variables((t, state, u), v);
+            self.bound.evaluate_once(v, o);
+            self.rates((t, state, u), o, derivative);
+        };
         if variables <= ON_STACK && outputs <= ON_STACK {
             let (mut v, mut o) = ([0.0; ON_STACK], [0.0; ON_STACK]);
-            let (v, o) = (&mut v[..variables], &mut o[..outputs]);
-            self.rates(t, state, u, derivative, v, o, evaluate);
+            rates(&mut v[..variables], &mut o[..outputs]);
         } else {
-            let (mut v, mut o) = (vec![0.0; variables], vec![0.0; outputs]);
-            self.rates(t, state, u, derivative, &mut v, &mut o, evaluate);
+            rates(&mut vec![0.0; variables], &mut vec![0.0; outputs]);
         }
     }
 }
