@@ -108,6 +108,13 @@ impl<'p> Search<'p> {
         Ok(Some(fit))
     }
 
+    /// Whether noise that drives the machine says all that is missing: beside it nothing promises to
+    /// be worth its prior odds.
+    pub(super) fn is_driven(&self, exact: &Fit<'p>) -> bool {
+        let driven = self.calibrated_driven(exact).ok().flatten();
+        driven.is_some_and(|fit| self.look(&fit).promise() < self.decision.prior_odds)
+    }
+
     /// A fit with the intensities that are most likely along it.
     pub(super) fn quieted<'f>(&self, fit: &Fit<'f>) -> Result<Quieted<'f>, FitError> {
         let mut fit = fit.clone();

@@ -17,6 +17,13 @@ pub(super) struct Look {
     pub curves: Vec<Scored>,
 }
 
+impl Look {
+    /// Nats that the best candidate or free curve promises.
+    pub(super) fn promise(&self) -> f64 {
+        self.shortlist.iter().chain(&self.curves).map(|s| s.gain).fold(0.0, f64::max)
+    }
+}
+
 /// A candidate fitted in the place of the next effect.
 pub(super) struct Tried<'p> {
     pub candidate: Candidate,

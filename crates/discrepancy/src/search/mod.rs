@@ -174,8 +174,7 @@ impl<'p> Search<'p> {
     /// The effects beside a calibrated model that folds do not speak against.
     fn search_from(&self, calibrated: Fit<'p>, floor: f64) -> Searched<'p> {
         let look = self.look(&calibrated);
-        let best = look.shortlist.iter().chain(&look.curves).map(|s| s.gain);
-        let promise = best.fold(0.0, f64::max) * calibrated.inflation() / calibrated.temperature();
+        let promise = look.promise() * calibrated.inflation() / calibrated.temperature();
         let (calibrated, look, first) = self.first(calibrated, look);
         let (mut path, is_curve) = self.curve_at_once(&calibrated, &look, first);
         if !is_curve && !path.named.is_empty() {
@@ -225,7 +224,10 @@ impl<'p> Search<'p> {
     fn first(&self, mut base: Fit<'p>, mut look: Look) -> (Fit<'p>, Look, Path<'p>) {
         let begin = |base: &Fit<'p>| Path { fit: base.clone(), named: vec![] };
         let mut path = self.forward(begin(&base), Some(look.clone()), 1);
-        if !path.named.is_empty() || base.reduced() < self.decision.explained {
+        if !path.named.is_empty()
+            || base.reduced() < self.decision.explained
+            || self.is_driven(&base)
+        {
             return (base, look, path);
         }
         let mut longer = base.clone();

@@ -244,12 +244,7 @@ impl<T: Number> System<T> {
 
     /// Rates of the whole state, given what the dynamics evaluate to there.
     #[inline(always)]
-    fn rates(
-        &self,
-        (t, state, u): (f64, &[T], &[T]),
-        outputs: &mut [T],
-        derivative: &mut [T],
-    ) {
+    fn rates(&self, (t, state, u): (f64, &[T], &[T]), outputs: &mut [T], derivative: &mut [T]) {
         let machine = self.machine_states();
         let n = self.sizes.coordinates;
         let (mass, force) = outputs.split_at_mut(n * n);
