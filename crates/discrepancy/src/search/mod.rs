@@ -153,7 +153,8 @@ impl<'p> Search<'p> {
         // another colour or size than was estimated.
         let floor = if calibrated.windowed.level == 0 { floor } else { 1.0 };
         let follows = calibrated.reduced() < self.decision.explained * floor;
-        let explained = free.path.fit.reduced() < self.decision.noise;
+        let by_name = free.path.fit.hypothesis.supposed().iter().all(|e| e.over().is_none());
+        let explained = by_name && free.path.fit.reduced() < self.decision.noise;
         if follows || (explained && !self.shows_noisy_inputs()) {
             return Ok(free);
         }
@@ -182,7 +183,7 @@ impl<'p> Search<'p> {
             path = self.unknown(&calibrated, &look, path);
         }
         self.watch.tell("leaving recordings out");
-        let path = self.select(&calibrated, self.prune(path));
+        let path = self.select(&calibrated, self.prune(&calibrated, path));
         let undriven = calibrated.reduced();
         Searched { calibrated, path, floor, undriven, promise }
     }

@@ -5,15 +5,17 @@ use super::driven::Quieted;
 use super::forward::{Look, rank, settles};
 use super::{MOST_EFFECTS, Named, Path, Rival, Search, candidate_of, chain};
 use crate::decision::Decision;
-use crate::likelihood::{Fit, QUICK};
+use crate::likelihood::{FULL, Fit, QUICK};
 use crate::screen::Screen;
 
 impl<'p> Search<'p> {
     /// Take away what is not missed; replace what something else does better.
-    pub(super) fn prune(&self, mut path: Path<'p>) -> Path<'p> {
+    pub(super) fn prune(&self, calibrated: &Fit<'p>, mut path: Path<'p>) -> Path<'p> {
         const ROUNDS: usize = 4;
         for _ in 0..ROUNDS {
-            if path.named.len() < 2 || !self.prune_once(&mut path) {
+            if path.named.len() < 2
+                || !(self.prune_once(&mut path) || self.drop_remainder(calibrated, &mut path))
+            {
                 break;
             }
         }
@@ -42,6 +44,24 @@ impl<'p> Search<'p> {
             path.named[k].gain = missed;
         }
         false
+    }
+
+    /// Take away an effect that says next to nothing of the mismatch: no formula is reality's to a
+    /// twentieth, and what is smaller than that beside what the formulas say is their remainder.
+    /// The mismatch is that in windows which the model follows: in longer ones it runs away.
+    fn drop_remainder(&self, calibrated: &Fit<'p>, path: &mut Path<'p>) -> bool {
+        let mismatch = 0.5 * calibrated.excess() * calibrated.count as f64;
+        let gains = path.named.iter().map(|n| n.gain).enumerate();
+        let Some((k, least)) = gains.min_by(|a, b| a.1.total_cmp(&b.1)) else { return false };
+        if least > self.decision.relevant * mismatch {
+            return false;
+        }
+        let Ok(fit) = path.fit.refit(path.fit.hypothesis.clone().without(k), FULL) else {
+            return false;
+        };
+        path.fit = fit;
+        path.named.remove(k);
+        true
     }
 
     /// Try the other laws of dry friction in the place of one: beside further effects a simpler
