@@ -46,9 +46,10 @@ impl<'p> Search<'p> {
         false
     }
 
-    /// Take away an effect that says next to nothing of the mismatch: no formula is reality's to a
-    /// twentieth, and what is smaller than that beside what the formulas say is their remainder.
-    /// The mismatch is that in windows which the model follows: in longer ones it runs away.
+    /// Take away an effect that says next to nothing of the mismatch, unless it says most of what
+    /// the others leave: no formula is reality's to a twentieth, and what is smaller than that beside
+    /// what the formulas say is their remainder, at which many can nibble. The mismatch is that in
+    /// windows which the model follows: in longer ones it runs away.
     fn drop_remainder(&self, calibrated: &Fit<'p>, path: &mut Path<'p>) -> bool {
         let mismatch = 0.5 * calibrated.excess() * calibrated.count as f64;
         let gains = path.named.iter().map(|n| n.gain).enumerate();
@@ -59,6 +60,10 @@ impl<'p> Search<'p> {
         let Ok(fit) = path.fit.refit(path.fit.hypothesis.clone().without(k), FULL) else {
             return false;
         };
+        let drop = fit.excess() - path.fit.excess();
+        if drop > self.decision.further_share * fit.excess() {
+            return false;
+        }
         path.fit = fit;
         path.named.remove(k);
         true
