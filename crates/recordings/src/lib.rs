@@ -45,7 +45,6 @@ mod sampling;
 mod signal;
 mod smoother;
 mod source;
-mod units;
 mod unwrap;
 
 pub use crate::csv::{Csv, write_csv, write_csv_with_time};
@@ -59,5 +58,6 @@ pub use sampling::{Gap, Sampling};
 pub use signal::SignalError;
 pub use smoother::{MeanPath, Prior, Samples, SharedSmoother, Smoothed, Smoother, Trajectory};
 pub use source::{RecordingSource, Selection, SourceError};
-pub use units::{Dimension, Unit, UnitError, convert, convert_factor};
 pub use unwrap::unwrap_turns;
+
+pub use lacuna_units::{Dimension, Unit, UnitError, convert, convert_factor};
