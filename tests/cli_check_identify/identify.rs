@@ -169,3 +169,38 @@ fn identify_says_when_the_input_is_a_function_of_the_state() {
     let text = stdout(&bench.lacuna(&["identify", "run.csv", "--channels", "x"]));
     assert!(text.contains("the effectiveness of 'u' cannot be told from the drift"), "{text}");
 }
+
+/// Glitches and turns in the recordings: left out and made continuous, and said. Without them in
+/// the way, what is learned predicts as well as from recordings without.
+#[test]
+fn identify_conditions_recordings_as_check_does() {
+    let bench = Bench::new();
+    let mut runs = Vec::new();
+    for seed in 1..=8 {
+        let mut run = Run::new(seed);
+        // In degrees, on a slow turntable of its own: within one turn, whatever the angle.
+        let turn = |x: f64| 360.0 * (x / 360.0 - (x / 360.0).floor());
+        run.x.iter_mut().for_each(|x| *x = turn(120.0 * *x));
+        for row in [80, 200] {
+            run.x[row] = turn(run.x[row] + 20.0);
+        }
+        let name = format!("run{seed}.csv");
+        bench.write(&name, &run.position_only());
+        runs.push(name);
+    }
+    let report = bench.json(&arguments(&["identify", "--json", "--units", "x=deg"], &runs));
+    assert_eq!(report["outliers"], json!({ "x": 16 }), "{report}");
+    assert!(report["leaps"]["x"].as_u64().unwrap() >= 8, "{report}");
+    let relative = |report: &Value| report["held_out"][0]["relative"].as_f64().unwrap();
+    assert!(relative(&report) < 0.02, "{report}");
+    let text = stdout(&bench.lacuna(&arguments(&["identify", "--units", "x=deg"], &runs)));
+    assert!(text.contains("Left out as outliers") && text.contains("16 samples of x"), "{text}");
+    assert!(text.contains("made continuous: x"), "{text}");
+    // Without a unit nothing is assumed, and what to say is told.
+    let report = bench.json(&arguments(&["identify", "--json"], &runs));
+    assert_eq!(report["leaps"], json!({}));
+    assert!(report["notes"].to_string().contains("--units x=deg"), "{report}");
+    assert!(relative(&report) > 0.2, "{report}");
+    let said = bench.error(&arguments(&["identify", "--units", "y=deg"], &runs));
+    assert!(said.contains("'y'"), "{said}");
+}

@@ -4,12 +4,12 @@
 pub(crate) mod clean;
 
 use crate::DiagnoseError;
-use clean::{leave_out, unwrapped};
 use lacuna_occupation::{InputPath, Names};
 use lacuna_plants::model::Measured;
 use lacuna_plants::{Hold, Model};
+pub use lacuna_recordings::Cleaned;
 use lacuna_recordings::{
-    Gap, InputHold, NoiseEstimate, Recording, RecordingSource, Sampling, Unit, convert,
+    Gap, InputHold, NoiseEstimate, Recording, RecordingSource, Sampling, Unit, condition, convert,
     resample_input,
 };
 
@@ -39,16 +39,6 @@ pub struct Observed {
     pub dropped: usize,
     /// What was done to each output; none for recordings that are taken as they are.
     pub cleaned: Vec<Cleaned>,
-}
-
-/// What was done to the samples of one output of one recording.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Cleaned {
-    /// Samples that were left out as outliers ([`lacuna_recordings::find_outliers`]), in order.
-    pub outliers: Vec<usize>,
-    /// Samples before which the angle leapt by whole turns ([`lacuna_recordings::unwrap_turns`]),
-    /// in order.
-    pub leaps: Vec<usize>,
 }
 
 impl Observed {
@@ -175,17 +165,10 @@ impl Dataset {
         hold: InputHold,
         recordings: &[Recording],
     ) -> Result<Self, DiagnoseError> {
-        let first = recordings.first().ok_or(DiagnoseError::NoRecordings)?;
         let mut observed =
             recordings.iter().map(|r| observe(hold, columns, r)).collect::<Result<Vec<_>, _>>()?;
         let noise = (0..outputs.len())
-            .map(|k| {
-                leave_out(&mut observed, k).map_err(|source| DiagnoseError::Signal {
-                    recording: first.name.clone(),
-                    channel: outputs[k].name.clone(),
-                    source,
-                })
-            })
+            .map(|k| conditioned(&mut observed, k, &outputs[k]))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self { outputs, recordings: observed, noise })
     }
@@ -354,7 +337,7 @@ fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, Di
     let rows = sampling.positions(r.len());
     let m = used.iter().filter(|u| matches!(u.of, Measured::Input(_))).count();
     let mut commands = vec![0.0; times.len() * m];
-    let (mut outputs, mut cleaned) = (Vec::new(), Vec::new());
+    let mut outputs = Vec::new();
     for u in used {
         let values = in_model_units(u, r.column(&u.column)?, &r.name)?;
         let Measured::Input(j) = u.of else {
@@ -362,8 +345,6 @@ fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, Di
             for (&row, value) in rows.iter().zip(values) {
                 series[row] = value;
             }
-            let leaps = unwrapped(&times, &mut series, &u.unit);
-            cleaned.push(Cleaned { leaps, ..Cleaned::default() });
             outputs.push(series);
             continue;
         };
@@ -376,7 +357,24 @@ fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, Di
         }
     }
     let dropped = times.len() - r.len();
+    let cleaned = vec![Cleaned::default(); outputs.len()];
     Ok(Observed { name: r.name.clone(), times, commands, outputs, dropped, cleaned })
+}
+
+/// Conditions an output in all recordings; returns its noise.
+fn conditioned(
+    observed: &mut [Observed],
+    k: usize,
+    output: &Output,
+) -> Result<NoiseEstimate, DiagnoseError> {
+    let mut series: Vec<_> =
+        observed.iter_mut().map(|o| (&o.times[..], &mut o.outputs[k][..])).collect();
+    let (cleaned, noise) = condition(&mut series, &output.unit).map_err(|source| {
+        let (recording, channel) = (observed[0].name.clone(), output.name.clone());
+        DiagnoseError::Signal { recording, channel, source }
+    })?;
+    observed.iter_mut().zip(cleaned).for_each(|(o, cleaned)| o.cleaned[k] = cleaned);
+    Ok(noise)
 }
 
 fn in_model_units(u: &Used, values: &[f64], recording: &str) -> Result<Vec<f64>, DiagnoseError> {

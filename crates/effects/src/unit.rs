@@ -1,8 +1,9 @@
 //! Units of effect parameters, derived from the units of the channel they act on.
 
 use crate::Variable;
+use lacuna_units::Product;
 
-/// A product of powers: force, coordinate, seconds, input, the variable of a curve.
+/// A product of powers: force, coordinate, seconds, radians, input, the variable of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension {
     /// Power of the channel's generalised force.
@@ -11,6 +12,8 @@ pub struct Dimension {
     pub coordinate: i8,
     /// Power of the second.
     pub seconds: i8,
+    /// Power of the radian.
+    pub angle: i8,
     /// Power of the input's unit.
     pub input: i8,
     /// Power of the variable that a curve is over.
@@ -29,7 +32,7 @@ impl Dimension {
     /// Seconds.
     pub const TIME: Self = Self::new(0, 0, 1);
     /// Radians per second.
-    pub const RATE: Self = Self::new(0, 0, -1);
+    pub const RATE: Self = Self { angle: 1, ..Self::new(0, 0, -1) };
     /// The input's unit.
     pub const INPUT: Self = Self { input: 1, ..Self::NUMBER };
     /// The variable that a curve is over.
@@ -38,7 +41,7 @@ impl Dimension {
     /// `force^a coordinate^b s^c`.
     #[must_use]
     pub const fn new(force: i8, coordinate: i8, seconds: i8) -> Self {
-        Self { force, coordinate, seconds, input: 0, variable: 0 }
+        Self { force, coordinate, seconds, angle: 0, input: 0, variable: 0 }
     }
 
     /// The same for a curve over this variable of its channel.
@@ -56,61 +59,30 @@ impl Dimension {
             force: self.force,
             coordinate: self.coordinate + power * unit.coordinate,
             seconds: self.seconds + power * unit.seconds,
+            angle: self.angle,
             input: self.input + power * unit.input,
             variable: 0,
         }
     }
 
     /// As text, given the units of the channel's force and coordinate, or of the input. What
-    /// [`Dimension::over`] has not settled is taken as a curve over the coordinate.
+    /// [`Dimension::over`] has not settled is taken as a curve over the coordinate. A text that is
+    /// no product of symbols is taken as one symbol.
     #[must_use]
     pub fn text(self, force: &str, coordinate: &str, input: &str) -> String {
         let this = self.over(Variable::Coordinate);
         let parts = [
             (force, this.force),
+            ("rad", this.angle),
             ("s", this.seconds),
             (coordinate, this.coordinate),
             (input, this.input),
         ];
-        let mut factors = Vec::new();
-        for (unit, power) in parts {
-            multiply(&mut factors, unit, i32::from(power));
-        }
-        let side = |sign: i32| -> Vec<String> {
-            let here = factors.iter().filter(|(_, power)| power * sign > 0);
-            here.map(|(symbol, power)| match power.abs() {
-                1 => (*symbol).to_owned(),
-                p => format!("{symbol}^{p}"),
-            })
-            .collect()
-        };
-        let (above, below) = (side(1), side(-1));
-        let top = if above.is_empty() { "1".to_owned() } else { above.join(" ") };
-        match below.len() {
-            0 => top,
-            1 => format!("{top}/{}", below[0]),
-            _ => format!("{top}/({})", below.join(" ")),
-        }
-    }
-}
-
-/// Multiply a product of symbols by `unit^power`: `m/s` to the power of -1 is `s` times `m^-1`,
-/// and what stands above and below the line cancels.
-fn multiply<'u>(factors: &mut Vec<(&'u str, i32)>, unit: &'u str, power: i32) {
-    let (top, bottom) = unit.split_once('/').unwrap_or((unit, ""));
-    for (side, sign) in [(top, 1), (bottom, -1)] {
-        let symbols = side.split([' ', '(', ')']).filter(|s| !s.is_empty() && *s != "1");
-        for written in symbols {
-            let (symbol, exponent) = match written.split_once('^') {
-                Some((symbol, e)) => e.parse().map_or((written, 1), |e: i32| (symbol, e)),
-                None => (written, 1),
-            };
-            let more = sign * exponent * power;
-            match factors.iter_mut().find(|(s, _)| *s == symbol) {
-                Some((_, total)) => *total += more,
-                None => factors.push((symbol, more)),
-            }
-        }
+        let whole = parts.into_iter().fold(Product::ONE, |whole, (unit, power)| {
+            let unit = Product::parse(unit).unwrap_or_else(|_| Product::symbol(unit));
+            whole.times(&unit, f64::from(power))
+        });
+        whole.to_string()
     }
 }
 
@@ -124,7 +96,7 @@ mod tests {
         assert_eq!(Dimension::new(1, -1, 1).text("N", "m", ""), "N s/m");
         assert_eq!(Dimension::new(1, -3, 0).text("N m", "rad", ""), "N m/rad^3");
         assert_eq!(Dimension::VELOCITY.text("N", "m", ""), "m/s");
-        assert_eq!(Dimension::RATE.text("N", "m", ""), "1/s");
+        assert_eq!(Dimension::RATE.text("N", "m", ""), "rad/s");
         assert_eq!(Dimension::NUMBER.text("N", "m", "V"), "1");
         assert_eq!(Dimension::INPUT.text("", "", "A"), "A");
         // A first-order state in metres: its "force" is a rate, m/s.
@@ -135,7 +107,11 @@ mod tests {
         let over = |v| Dimension::VARIABLE.over(v).text("N m", "rad", "");
         assert_eq!([Variable::Velocity, Variable::Time].map(over), ["rad/s", "s"]);
         assert_eq!(Dimension::VARIABLE.text("N m", "rad", ""), "rad");
-        // A power that is no whole number is part of the symbol.
-        assert_eq!(Dimension::FORCE.text("m^2.5/s", "m", ""), "m^2.5/s");
+        assert_eq!(Dimension::new(1, -1, 0).text("m^2.5/s", "m", ""), "m^1.5/s");
+        // However a unit is written, its powers are those of all of it.
+        assert_eq!(Dimension::new(2, 0, 1).text("N*m", "rad", ""), "N^2 m^2 s");
+        assert_eq!(Dimension::new(1, -1, 0).text("kg mm s^-2", "mm", ""), "kg/s^2");
+        // What nobody can read is one symbol.
+        assert_eq!(Dimension::new(1, -1, 0).text("N/m s", "m", ""), "N/m s/m");
     }
 }

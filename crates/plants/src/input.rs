@@ -10,6 +10,17 @@ pub enum Hold {
     Linear,
 }
 
+impl Hold {
+    /// The sample whose input is there at the end of the step from sample `k` to the next.
+    #[must_use]
+    pub fn end_of_step(self, k: usize) -> usize {
+        match self {
+            Self::ZeroOrder => k,
+            Self::Linear => k + 1,
+        }
+    }
+}
+
 /// An input signal `u(t)`.
 pub trait Input: Sync {
     /// Value at time `t` within the integration step that began at `start <= t`, into `u`.

@@ -108,10 +108,8 @@ pub fn rk4_sampled(
     states.extend_from_slice(&x);
     for (k, pair) in times.windows(2).enumerate() {
         let here = &inputs[k * m..(k + 1) * m];
-        let next = match hold {
-            Hold::ZeroOrder => here,
-            Hold::Linear => &inputs[(k + 1) * m..(k + 2) * m],
-        };
+        let after = hold.end_of_step(k);
+        let next = &inputs[after * m..(after + 1) * m];
         let segment = Segment { from: pair[0], to: pair[1], here, next };
         let h = (pair[1] - pair[0]) / substeps as f64;
         for s in 0..substeps {

@@ -8,7 +8,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::error::{RecordingError, nearest};
+use lacuna_units::names::nearest;
+
+use crate::error::RecordingError;
 use crate::kinds::{Kind, kind};
 use crate::reader::Reader;
 use crate::recording::{Column, Recording};

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use lacuna_units::names::did_you_mean;
 use thiserror::Error;
 
 use crate::source::Selection;
@@ -247,24 +248,6 @@ pub enum RecordingError {
         /// What the operating system said.
         source: io::Error,
     },
-}
-
-/// The name among `known` that is nearest to `wanted`, if one is near enough to be meant.
-pub(crate) fn nearest<'a>(
-    wanted: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
-    let score = |name: &str| strsim::jaro_winkler(&wanted.to_lowercase(), &name.to_lowercase());
-    known
-        .into_iter()
-        .map(|name| (score(name), name))
-        .filter(|(score, _)| *score >= 0.75)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, name)| name)
-}
-
-pub(crate) fn did_you_mean(suggestion: &Option<String>) -> String {
-    suggestion.as_ref().map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"))
 }
 
 fn named(extension: &str) -> String {

@@ -14,6 +14,7 @@
 //! | input u(t) between samples | [`resample_input`] | as in the file |
 //! | noise sigma | [`estimate_noise`], from sixth differences | as in the file |
 //! | rows k that neither noise nor motion explains | [`find_outliers`] | |
+//! | angles made continuous, outliers left out | [`condition`] | |
 //! | trajectory gamma, gamma', gamma'' | [`Smoother`], with standard deviations | ... per s, s^2 |
 //!
 //! Files are named by a [`RecordingSource`] (`run.csv#rows=100..40575`), read by
@@ -33,6 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod conditioning;
 mod csv;
 mod error;
 mod hold;
@@ -45,10 +47,10 @@ mod sampling;
 mod signal;
 mod smoother;
 mod source;
-mod units;
 mod unwrap;
 
 pub use crate::csv::{Csv, write_csv, write_csv_with_time};
+pub use conditioning::{Cleaned, condition, conditioning_notes, in_samples};
 pub use error::RecordingError;
 pub use hold::{InputHold, resample_input};
 pub use noise::{NoiseEstimate, estimate_noise, estimate_noise_pooled};
@@ -59,5 +61,6 @@ pub use sampling::{Gap, Sampling};
 pub use signal::SignalError;
 pub use smoother::{MeanPath, Prior, Samples, SharedSmoother, Smoothed, Smoother, Trajectory};
 pub use source::{RecordingSource, Selection, SourceError};
-pub use units::{Dimension, Unit, UnitError, convert, convert_factor};
 pub use unwrap::unwrap_turns;
+
+pub use lacuna_units::{Dimension, Unit, UnitError, convert, convert_factor};

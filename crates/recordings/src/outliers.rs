@@ -42,7 +42,7 @@ mod window;
 
 use crate::noise::{GAUSSIAN_MEDIAN, NoiseEstimate, estimate_noise_pooled};
 use crate::sampling::Sampling;
-use crate::signal::{SignalError, median};
+use crate::signal::SignalError;
 use std::ops::Range;
 use window::{Expected, Window};
 
@@ -96,34 +96,28 @@ pub struct Outliers {
 /// # Errors
 /// As [`estimate_noise_pooled`].
 pub fn find_outliers(recordings: &[(&[f64], &[f64])]) -> Result<Outliers, SignalError> {
-    let mut outliers = Outliers {
-        rows: vec![vec![]; recordings.len()],
-        noise: estimate_noise_pooled(recordings)?,
-    };
+    let mut noise = estimate_noise_pooled(recordings)?;
+    let mut all: Vec<_> =
+        recordings.iter().map(|(time, values)| Series::new(time, values)).collect();
     let samples = recordings.iter().flat_map(|r| r.1).filter(|v| !v.is_nan()).count();
     let limit = (2.0 * (samples as f64 / FALSE_MARKS).ln()).sqrt();
     let (resolution, step) = (resolution(recordings), usual_step(recordings));
     for _ in 0..ROUNDS {
-        let clean = outliers.clean(recordings);
-        let quantum = outliers.noise.quantum.unwrap_or(0.0).max(resolution);
-        let sd = least_sd(&clean, outliers.noise.sd, quantum);
-        let expected = Expected { sd, limit, quantum, step };
-        let find = |(&(time, values), clean): (&(&[f64], &[f64]), &Vec<f64>)| {
-            isolated(Series { time, values, clean, expected }.outliers())
-        };
-        let mut rows: Vec<Vec<usize>> = recordings.iter().zip(&clean).map(find).collect();
+        let quantum = noise.quantum.unwrap_or(0.0).max(resolution);
+        let expected = Expected { sd: least_sd(&all, noise.sd, quantum), limit, quantum, step };
+        let mut rows: Vec<_> =
+            all.iter().map(|series| isolated(series.outliers(expected))).collect();
         if rows.iter().map(Vec::len).sum::<usize>() * WINDOW > samples {
             rows = vec![vec![]; recordings.len()];
         }
-        if rows == outliers.rows {
+        if rows.iter().zip(&all).all(|(rows, series)| *rows == series.marked) {
             break;
         }
-        outliers.rows = rows;
-        let clean = outliers.clean(recordings);
-        let pairs: Vec<_> = recordings.iter().zip(&clean).map(|(r, c)| (r.0, &c[..])).collect();
-        outliers.noise = estimate_noise_pooled(&pairs)?;
+        all.iter_mut().zip(rows).for_each(|(series, rows)| series.mark(rows));
+        let pairs: Vec<_> = all.iter().map(|series| (series.time, &series.clean[..])).collect();
+        noise = estimate_noise_pooled(&pairs)?;
     }
-    Ok(outliers)
+    Ok(Outliers { rows: all.into_iter().map(|series| series.marked).collect(), noise })
 }
 
 impl Outliers {
@@ -131,16 +125,6 @@ impl Outliers {
     #[must_use]
     pub fn count(&self) -> usize {
         self.rows.iter().map(Vec::len).sum()
-    }
-
-    /// The values of each recording, NaN where they are outliers.
-    fn clean(&self, recordings: &[(&[f64], &[f64])]) -> Vec<Vec<f64>> {
-        let without = |((_, values), rows): (&(&[f64], &[f64]), &Vec<usize>)| {
-            let mut clean = values.to_vec();
-            rows.iter().for_each(|&row| clean[row] = f64::NAN);
-            clean
-        };
-        recordings.iter().zip(&self.rows).map(without).collect()
     }
 }
 
@@ -171,8 +155,9 @@ fn usual_step(recordings: &[(&[f64], &[f64])]) -> f64 {
 }
 
 /// The standard deviation that samples are weighed with, where their surroundings have no larger.
-fn least_sd(clean: &[Vec<f64>], noise_sd: f64, quantum: f64) -> f64 {
-    let largest = clean.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
+fn least_sd(all: &[Series], noise_sd: f64, quantum: f64) -> f64 {
+    let clean = all.iter().flat_map(|series| &series.clean);
+    let largest = clean.fold(0.0, |m: f64, v| m.max(v.abs()));
     noise_sd.max(quantum / 12f64.sqrt()).max(ROUNDING * largest).max(f64::MIN_POSITIVE)
 }
 
@@ -187,94 +172,199 @@ fn isolated(rows: Vec<usize>) -> Vec<usize> {
     rows.into_iter().zip(crowded).filter(|(_, crowded)| !crowded).map(|(row, _)| row).collect()
 }
 
-/// One channel of one recording.
+/// One channel of one recording, and what is marked of it so far.
 struct Series<'a> {
     time: &'a [f64],
     values: &'a [f64],
-    /// Values without what is marked so far.
-    clean: &'a [f64],
-    expected: Expected,
+    /// Usual step (s).
+    step: f64,
+    /// The samples beside each, outliers among them.
+    all: Neighbours,
+    marked: Vec<usize>,
+    /// Values without what is marked, and the samples beside each that are left.
+    clean: Vec<f64>,
+    left: Neighbours,
+    /// How far each sample is from what the samples beside it that are left predict; NaN where too
+    /// few are.
+    deviations: Vec<f64>,
 }
 
-impl Series<'_> {
-    fn outliers(&self) -> Vec<usize> {
-        let Expected { sd, limit, .. } = self.expected;
-        let (all, clean) = (Neighbours::of(self, self.values), Neighbours::of(self, self.clean));
-        let deviation = |row: usize| clean.around(row).map_or(f64::NAN, |w| w.deviation());
-        let deviations: Vec<f64> = (0..self.values.len()).map(deviation).collect();
-        let scale = |row: usize| self.local_scale(&deviations, row).max(sd);
-        let beyond = |row: &usize| {
-            let size = deviations[*row].abs();
-            size > limit * sd && size > limit * scale(*row)
+impl<'a> Series<'a> {
+    fn new(time: &'a [f64], values: &'a [f64]) -> Self {
+        let mut series = Self {
+            time,
+            values,
+            step: Sampling::of(time).step,
+            all: Neighbours::of(values),
+            marked: vec![],
+            clean: values.to_vec(),
+            left: Neighbours::of(values),
+            deviations: vec![],
         };
+        series.deviations = (0..values.len()).map(|row| series.deviation(row)).collect();
+        series
+    }
+
+    /// Marks these samples and no others. Deviations change only beside samples whose mark does.
+    fn mark(&mut self, rows: Vec<usize>) {
+        self.clean.copy_from_slice(self.values);
+        rows.iter().for_each(|&row| self.clean[row] = f64::NAN);
+        self.left = Neighbours::of(&self.clean);
+        let before = std::mem::replace(&mut self.marked, rows);
+        let differs = |row: &&usize| {
+            before.binary_search(row).is_ok() != self.marked.binary_search(row).is_ok()
+        };
+        let changed: Vec<_> =
+            before.iter().chain(&self.marked).filter(differs).map(|&row| self.near(row)).collect();
+        for row in changed.into_iter().flatten() {
+            self.deviations[row] = self.deviation(row);
+        }
+    }
+
+    /// The rows that a sample may be a neighbour of.
+    fn near(&self, row: usize) -> Range<usize> {
+        let reach = (2 * REACH) as f64 * self.step;
+        let (time, here) = (self.time, self.time[row]);
+        let first = time[..row].partition_point(|t| (t - here).abs() > reach);
+        first..row + time[row..].partition_point(|t| (t - here).abs() <= reach)
+    }
+
+    fn deviation(&self, row: usize) -> f64 {
+        self.around(&self.left, row).map_or(f64::NAN, |window| window.deviation())
+    }
+
+    fn outliers(&self, expected: Expected) -> Vec<usize> {
+        let Expected { sd, limit, .. } = expected;
+        let beyond_noise = |row: &usize| self.deviations[*row].abs() > limit * sd;
+        let candidates: Vec<usize> = (0..self.deviations.len()).filter(beyond_noise).collect();
+        if candidates.is_empty() {
+            return candidates;
+        }
+        let scales = self.local_scales();
+        let scale = |row: usize| scales[row].max(sd);
+        let beyond = |row: &usize| self.deviations[*row].abs() > limit * scale(*row);
         // An outlier beside a larger one may deviate less.
         let near = |row: usize| {
             let reach = LONGEST_RUN - 1;
-            row.saturating_sub(reach)..(row + reach + 1).min(deviations.len())
+            row.saturating_sub(reach)..(row + reach + 1).min(self.deviations.len())
         };
         let mut suspects: Vec<usize> =
-            (0..deviations.len()).filter(beyond).flat_map(near).collect();
+            candidates.into_iter().filter(beyond).flat_map(near).collect();
         suspects.sort_unstable();
         suspects.dedup();
         let is_outlier = |row: &usize| {
-            let expected = Expected { sd: scale(*row), ..self.expected };
-            all.around(*row).is_some_and(|w| w.is_outlier(expected))
+            let expected = Expected { sd: scale(*row), ..expected };
+            self.around(&self.all, *row).is_some_and(|w| w.is_outlier(expected))
         };
         suspects.into_iter().filter(is_outlier).collect()
     }
 
-    /// Standard deviation of the deviations before a row or after it, by their median: the larger
-    /// one, since noise and motion may begin or end there.
-    fn local_scale(&self, deviations: &[f64], row: usize) -> f64 {
-        let scale = |rows: Range<usize>| {
-            let clean = rows.filter(|&r| !self.clean[r].is_nan());
-            let sizes = clean.map(|r| deviations[r].abs()).filter(|size| !size.is_nan());
-            median(&mut sizes.collect::<Vec<_>>()) / GAUSSIAN_MEDIAN
+    /// Standard deviation of the deviations before each row or after it, by their median: the
+    /// larger one, since noise and motion may begin or end there.
+    fn local_scales(&self) -> Vec<f64> {
+        let size = |(deviation, clean): (&f64, &f64)| {
+            if clean.is_nan() { f64::NAN } else { deviation.abs() }
         };
-        let before = scale(row.saturating_sub(SURROUNDINGS)..row);
-        let after = scale(row + 1..(row + 1 + SURROUNDINGS).min(deviations.len()));
+        let sizes: Vec<f64> = self.deviations.iter().zip(&self.clean).map(size).collect();
+        let medians = running_medians(&sizes, SURROUNDINGS);
         // A side without any has NaN, which is not the larger one.
-        before.max(after)
+        let scale = |row: usize| medians[row].max(medians[row + 1 + SURROUNDINGS]);
+        (0..sizes.len()).map(|row| scale(row) / GAUSSIAN_MEDIAN).collect()
+    }
+
+    /// A sample with its neighbours, up to [`REACH`] on either side and no farther than twice as
+    /// many steps; none if it is missing or has too few.
+    fn around(&self, neighbours: &Neighbours, row: usize) -> Option<Window> {
+        let Self { time, values, step, .. } = *self;
+        if values[row].is_nan() {
+            return None;
+        }
+        let from_here = |&r: &usize| ((time[r] - time[row]) / step, values[r] - values[row]);
+        let near = |r: &usize| (time[*r] - time[row]).abs() <= (2 * REACH) as f64 * step;
+        let (before, after) = neighbours.beside(row);
+        let before = &before[before.partition_point(|r| !near(r))..];
+        let after = &after[..after.partition_point(near)];
+        Window::of(before.iter().map(from_here), after.iter().map(from_here))
     }
 }
 
-/// The samples beside each sample of a series.
-struct Neighbours<'a> {
-    series: &'a Series<'a>,
-    /// Usual step (s).
-    step: f64,
-    /// Rows of the samples that may be neighbours, in order.
+/// The samples of a series that are there.
+struct Neighbours {
+    /// Their rows, in order.
     rows: Vec<usize>,
     /// Number of those that come before each row.
     before: Vec<usize>,
 }
 
-impl<'a> Neighbours<'a> {
-    /// Those of `present` that are not NaN.
-    fn of(series: &'a Series<'a>, present: &[f64]) -> Self {
-        let rows: Vec<usize> = (0..present.len()).filter(|&row| !present[row].is_nan()).collect();
-        let mut before = Vec::with_capacity(present.len() + 1);
+impl Neighbours {
+    /// Those that are not NaN.
+    fn of(values: &[f64]) -> Self {
+        let rows: Vec<usize> = (0..values.len()).filter(|&row| !values[row].is_nan()).collect();
+        let mut before = Vec::with_capacity(values.len() + 1);
         before.push(0);
-        for value in present {
+        for value in values {
             before.push(before[before.len() - 1] + usize::from(!value.is_nan()));
         }
-        Self { series, step: Sampling::of(series.time).step, rows, before }
+        Self { rows, before }
     }
 
-    /// A sample with its neighbours, up to [`REACH`] on either side and no farther than twice as
-    /// many steps; none if it is missing or has too few.
-    fn around(&self, row: usize) -> Option<Window> {
-        let Series { time, values, .. } = *self.series;
-        if values[row].is_nan() {
-            return None;
-        }
-        let from_here = |&r: &usize| ((time[r] - time[row]) / self.step, values[r] - values[row]);
-        let near = |r: &usize| (time[*r] - time[row]).abs() <= (2 * REACH) as f64 * self.step;
+    /// Up to [`REACH`] before a row, and up to as many after it.
+    fn beside(&self, row: usize) -> (&[usize], &[usize]) {
         let (own, after) = (self.before[row], self.before[row + 1]);
         let before = &self.rows[own.saturating_sub(REACH)..own];
-        let before = &before[before.partition_point(|r| !near(r))..];
-        let after = &self.rows[after..(after + REACH).min(self.rows.len())];
-        let after = &after[..after.partition_point(near)];
-        Window::of(before.iter().map(from_here), after.iter().map(from_here))
+        (before, &self.rows[after..(after + REACH).min(self.rows.len())])
+    }
+}
+
+/// Medians of the `width` values before each row, from 0 to `values.len() + width`; beyond either
+/// end there are none, and NaN is none. Sorted values are kept from row to row: the work is linear.
+fn running_medians(values: &[f64], width: usize) -> Vec<f64> {
+    let present = |row: usize| values.get(row).copied().filter(|value| !value.is_nan());
+    let mut sorted: Vec<f64> = Vec::with_capacity(width + 1);
+    let mut medians = vec![f64::NAN];
+    for row in 0..values.len() + width {
+        let place = |sorted: &[f64], value: f64| sorted.partition_point(|other| *other < value);
+        if let Some(gone) = row.checked_sub(width).and_then(present) {
+            sorted.remove(place(&sorted, gone));
+        }
+        if let Some(new) = present(row) {
+            sorted.insert(place(&sorted, new), new);
+        }
+        let (count, half) = (sorted.len(), sorted.len() / 2);
+        medians.push(match count % 2 {
+            _ if count == 0 => f64::NAN,
+            1 => sorted[half],
+            _ => 0.5 * (sorted[half - 1] + sorted[half]),
+        });
+    }
+    medians
+}
+
+#[cfg(test)]
+mod tests {
+    use super::running_medians;
+    use crate::signal::median;
+
+    #[test]
+    fn running_medians_are_medians() {
+        let values: Vec<f64> = (0..300)
+            .map(|k| {
+                if k % 11 == 3 || (100..140).contains(&k) {
+                    f64::NAN
+                } else {
+                    f64::from((k * k) % 37)
+                }
+            })
+            .collect();
+        let width = 12;
+        let found = running_medians(&values, width);
+        assert_eq!(found.len(), values.len() + width + 1);
+        for (row, found) in found.iter().enumerate() {
+            let within = row.saturating_sub(width)..row.min(values.len());
+            let mut present: Vec<f64> =
+                values[within].iter().copied().filter(|v| !v.is_nan()).collect();
+            let expected = median(&mut present);
+            assert!(*found == expected || found.is_nan() && expected.is_nan(), "{row}");
+        }
     }
 }

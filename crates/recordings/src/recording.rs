@@ -1,6 +1,8 @@
 //! The recording itself: channels against time.
 
-use crate::error::{RecordingError, nearest};
+use lacuna_units::names::nearest;
+
+use crate::error::RecordingError;
 
 /// One recorded channel.
 #[derive(Clone, Debug, PartialEq)]

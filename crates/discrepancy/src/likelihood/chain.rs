@@ -6,7 +6,6 @@ use super::sweep::Run;
 use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_numbers::Number;
-use lacuna_plants::Hold;
 use lacuna_plants::dynamics::Bound;
 use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, System};
 
@@ -68,10 +67,7 @@ impl<T: Number> Chain<'_, T> {
             if k + 1 == times.len() {
                 break;
             }
-            match problem.model.hold {
-                Hold::ZeroOrder => next.copy_from_slice(&here),
-                Hold::Linear => self.input_at(k + 1, &mut next),
-            }
+            self.input_at(problem.model.hold.end_of_step(k), &mut next);
             let span = (times[k], times[k + 1]);
             self.system.advance(&mut workspace, span, (&here, &next), self.run.substeps, state);
             self.run.check(k + 1, state)?;

@@ -14,7 +14,6 @@ use super::filter::{Filter, Making};
 use super::sweep::Run;
 use super::{ProcessNoise, Window};
 use lacuna_numbers::{Dual, LANES, Number};
-use lacuna_plants::Hold;
 use lacuna_plants::dynamics::Bound;
 use lacuna_plants::model::{Direction, Measured, System, Workspace};
 use std::ops::Range;
@@ -302,10 +301,7 @@ impl Linearising<'_> {
             for (i, x) in state.iter().enumerate() {
                 chunk.state[i] = chunk.seed(*x, i);
             }
-            let after = match model.hold {
-                Hold::ZeroOrder => k,
-                Hold::Linear => k + 1,
-            };
+            let after = model.hold.end_of_step(k);
             for j in 0..m {
                 chunk.here[j] = chunk.seed(maps.inputs[k * m + j], inputs + j);
                 chunk.next[j] = chunk.seed(maps.inputs[after * m + j], inputs + j);

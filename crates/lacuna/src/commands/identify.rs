@@ -9,6 +9,7 @@
 
 mod choice;
 mod columns;
+mod conditioning;
 mod files;
 mod motion;
 mod proof;
@@ -21,12 +22,13 @@ use crate::output::spinner;
 use crate::say::{say, sayln};
 use clap::{Args, ValueEnum};
 use columns::Columns;
+use conditioning::Conditioning;
 use lacuna::occupation::Arguments::State;
 use lacuna::occupation::identification::Report as Chosen;
 use lacuna::occupation::{
     Family, Identification, IdentificationError, Identified, InputPath, Names,
 };
-use lacuna::recordings::{InputHold, Recording, RecordingSource};
+use lacuna::recordings::{InputHold, Recording, RecordingSource, Unit};
 use motion::Motion;
 use proof::Proof;
 use serde::Serialize;
@@ -74,6 +76,10 @@ pub struct Arguments {
     /// at least 24 samples; without, a typical period
     #[arg(long, value_name = "SECONDS", value_parser = positive_number)]
     window: Option<f64>,
+    /// Units of columns, COLUMN=UNIT separated by commas; angles (rad, deg) that were recorded within one
+    /// turn are made continuous
+    #[arg(long, value_name = "COLUMN=UNIT", value_delimiter = ',', value_parser = column_unit)]
+    units: Vec<ColumnUnit>,
     /// What the inputs do between samples
     #[arg(long, value_enum, default_value_t = Hold::ZeroOrder)]
     input_hold: Hold,
@@ -107,6 +113,20 @@ fn positive_number(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The unit of a column.
+#[derive(Clone)]
+struct ColumnUnit {
+    column: String,
+    unit: String,
+}
+
+fn column_unit(text: &str) -> Result<ColumnUnit, String> {
+    let (column, unit) =
+        text.split_once('=').ok_or_else(|| format!("expected COLUMN=UNIT, found '{text}'"))?;
+    Unit::parse(unit).map_err(|e| e.to_string())?;
+    Ok(ColumnUnit { column: column.to_owned(), unit: unit.to_owned() })
+}
+
 /// What is printed.
 #[derive(Serialize)]
 struct Report<'a> {
@@ -116,6 +136,9 @@ struct Report<'a> {
     settings: &'a Settings,
     training_recordings: Vec<String>,
     held_out_recordings: Vec<String>,
+    /// Samples left out as outliers, and how often angles leapt by whole turns.
+    #[serde(flatten)]
+    conditioning: &'a Conditioning,
     #[serde(flatten)]
     proof: &'a Proof,
     chosen: &'a Chosen,
@@ -136,9 +159,11 @@ pub fn run(a: &Arguments) -> Outcome {
         Hold::ZeroOrder => InputHold::ZeroOrder,
         Hold::Linear | Hold::Smooth => InputHold::Linear,
     };
-    let (training, held_out) = split(recordings);
-    bar.set_message("smoothing the recordings");
-    let noise = motion::noise(&columns, &training)?;
+    let (mut training, mut held_out) = split(recordings);
+    bar.set_message("conditioning and smoothing the recordings");
+    let mut conditioning = Conditioning::default();
+    let noise = conditioning.condition(&columns, &a.units, &mut training)?;
+    conditioning.condition(&columns, &a.units, &mut held_out)?;
     let training = Motion::of(&columns, &noise, &training, hold)?;
     let held_out = Motion::of(&columns, &noise, &held_out, hold)?;
     let settings = Settings::choose(a, &columns, &training)?;
@@ -155,10 +180,12 @@ pub fn run(a: &Arguments) -> Outcome {
         held_out_recordings: held_out.names.clone(),
         notes: [
             columns.notes.clone(),
+            conditioning.notes(),
             proof.warnings(&columns),
             choice::warnings(&chosen, &columns),
         ]
         .concat(),
+        conditioning: &conditioning,
         proof: &proof,
         chosen: &chosen,
         files: Vec::new(),

@@ -2,13 +2,13 @@
 
 use super::Outcome;
 use super::kind::AnyModel;
-use super::simulation::{ChannelError, Settings, Simulation, in_samples};
+use super::simulation::{ChannelError, Settings, Simulation};
 use crate::interrupt::uninterrupted;
 use crate::say::sayln;
 use clap::Args;
 use lacuna::discrepancy::Output;
 use lacuna::discrepancy::prediction::DEFAULT_WARMUP;
-use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
+use lacuna::recordings::{Column, Recording, RecordingSource, in_samples, write_csv_with_time};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io;

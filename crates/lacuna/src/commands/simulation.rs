@@ -28,11 +28,6 @@ impl Settings {
     }
 }
 
-/// So many samples, in words.
-pub fn in_samples(samples: usize) -> String {
-    if samples == 1 { "1 sample".to_owned() } else { format!("{samples} samples") }
-}
-
 /// A model's run on one recording.
 pub struct Simulation {
     dataset: Dataset,

@@ -159,7 +159,18 @@ impl Builder {
     #[must_use]
     pub fn coordinate(mut self, name: &str, velocity: &str, unit: &str) -> Self {
         let (name, velocity, unit) = (name.to_owned(), velocity.to_owned(), unit.to_owned());
-        self.coordinates.push(Coordinate { name, velocity, unit });
+        self.coordinates.push(Coordinate { name, velocity, unit, force_unit: None });
+        self
+    }
+
+    /// The unit of the generalised force of the coordinate declared last, for where the units of
+    /// parameters and inputs do not say it ([`Model::force_unit`]). Without a coordinate it says
+    /// nothing.
+    #[must_use]
+    pub fn force_unit(mut self, unit: &str) -> Self {
+        if let Some(coordinate) = self.coordinates.last_mut() {
+            coordinate.force_unit = Some(unit.to_owned());
+        }
         self
     }
 

@@ -11,6 +11,7 @@ mod observation;
 mod read;
 mod series;
 mod system;
+mod units;
 mod write;
 
 pub use builder::{BuildError, Builder};
@@ -19,10 +20,11 @@ pub use name::NameError;
 pub use observation::Observation;
 pub use series::{SeriesEffect, effective_inputs};
 pub use system::{Direction, Step, System, Workspace};
+pub use units::{SaidUnit, same_unit};
 pub use write::{Augmentation, NewEffect};
 
 use crate::Hold;
-use crate::dynamics::{Dynamics, Mass};
+use crate::dynamics::Dynamics;
 use lacuna_effects::{Channel, Effect, Law, Variable};
 use std::sync::Arc;
 
@@ -98,6 +100,8 @@ pub struct Coordinate {
     pub velocity: String,
     /// Its unit, as written.
     pub unit: String,
+    /// Unit of its generalised force, where the model states it ([`Model::force_unit`]).
+    pub force_unit: Option<String>,
 }
 
 /// An effect of the catalogue in this model.
@@ -230,60 +234,9 @@ impl Model {
         let n = self.coordinates.len();
         match index {
             i if i < n => self.coordinates[i].unit.clone(),
-            i if i < 2 * n => per_second(&self.coordinates[i - n].unit),
+            i if i < 2 * n => units::per_second(&self.coordinates[i - n].unit),
             i => self.states[i - 2 * n].unit.clone(),
         }
-    }
-
-    /// Unit of a channel's generalised force: N m for angles, N for lengths, and the unit per
-    /// second for first-order states. Where the dynamics give accelerations alone
-    /// ([`Mass::Unit`]), it is that of the acceleration.
-    #[must_use]
-    pub fn force_unit(&self, channel: usize) -> String {
-        if let (Mass::Unit, Some(c)) = (self.dynamics.mass(), self.coordinates.get(channel)) {
-            return lacuna_effects::Dimension::new(0, 1, -2).text("", &c.unit, "");
-        }
-        match self.coordinates.get(channel).map(|c| c.unit.as_str()) {
-            Some("rad" | "deg" | "rev") => "N m".to_owned(),
-            Some("m" | "mm" | "cm" | "um") => "N".to_owned(),
-            // Electrical and abstract analogues state their own force unit nowhere.
-            Some(_) => "force".to_owned(),
-            None => per_second(&self.states[channel - self.coordinates.len()].unit),
-        }
-    }
-
-    /// Units of the physical values of an effect on a channel or input of this model; a curve is
-    /// taken as over the coordinate.
-    #[must_use]
-    pub fn effect_units(&self, effect: &Effect, channel: usize) -> Vec<String> {
-        self.effect_units_over(effect, channel, Variable::Coordinate)
-    }
-
-    /// The same, of a curve over this variable.
-    #[must_use]
-    pub fn effect_units_over(
-        &self,
-        effect: &Effect,
-        channel: usize,
-        over: Variable,
-    ) -> Vec<String> {
-        let (force, coordinate, input) = match effect.law {
-            Law::Force(_) => {
-                let index = self.coordinate_index(channel);
-                (self.force_unit(channel), self.state_unit(index), String::new())
-            }
-            Law::Input(_) => (String::new(), String::new(), self.inputs[channel].unit.clone()),
-            Law::Sensor(_) => (String::new(), self.state_unit(channel), String::new()),
-        };
-        let first_order = matches!(effect.law, Law::Force(_)) && !self.is_coordinate(channel);
-        let text = |p: &lacuna_effects::Parameter| {
-            let mut unit = p.unit.over(over);
-            if first_order && unit == lacuna_effects::Dimension::VELOCITY {
-                unit = lacuna_effects::Dimension::COORDINATE;
-            }
-            unit.text(&force, &coordinate, &input)
-        };
-        effect.values().map(text).collect()
     }
 
     /// Name of a variable of a force channel; a first-order state has no velocity, and of
@@ -331,9 +284,4 @@ impl Model {
         let own = sensors.filter(|e| e.channel == state);
         own.fold(truth, |series, e| e.applied(times, &series))
     }
-}
-
-/// The unit of a rate.
-fn per_second(unit: &str) -> String {
-    lacuna_effects::Dimension::VELOCITY.text("", unit, "")
 }

@@ -5,6 +5,7 @@ mod effect;
 mod value;
 
 use super::name::check_name;
+use super::units::same_unit;
 use super::{
     Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, Quantity, Source,
     System,
@@ -70,6 +71,7 @@ struct RawCoordinate {
     velocity: Spanned<String>,
     #[serde(default)]
     unit: String,
+    force_unit: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize)]
@@ -247,6 +249,7 @@ impl Reader<'_> {
                 text: self.text.to_owned(),
             })),
         };
+        self.check_force_units(&model, &raw.coordinate)?;
         for e in &raw.effect {
             let effect = self.effect(e, &model)?;
             model.effects.push(effect);
@@ -411,6 +414,25 @@ impl Reader<'_> {
         Ok(Measurement { column, unit, of, text: text.clone() })
     }
 
+    /// What the model states of the unit of a force must be what its parameters and inputs say.
+    fn check_force_units(&self, model: &Model, raw: &[RawCoordinate]) -> Result<(), ModelError> {
+        for (channel, coordinate) in raw.iter().enumerate() {
+            let Some(stated) = &coordinate.force_unit else { continue };
+            let unit = stated.get_ref();
+            let said = model.said_force_units(channel);
+            if let Some(other) = said.iter().find(|said| !same_unit(&said.unit, unit)) {
+                let message = format!(
+                    "the generalised force of '{}' is said to be in {unit}; by the unit of '{}' it is in {}",
+                    coordinate.name.get_ref(),
+                    other.by,
+                    other.unit
+                );
+                return Err(self.error(stated.span(), message));
+            }
+        }
+        Ok(())
+    }
+
     /// A mass matrix that is singular at rest is a mistake in the file.
     fn check_mass(&self, model: &Model, raw: Option<&RawMechanics>) -> Result<(), ModelError> {
         let Some(raw) = raw else { return Ok(()) };
@@ -431,5 +453,6 @@ fn coordinate(raw: &RawCoordinate) -> Coordinate {
         name: raw.name.get_ref().clone(),
         velocity: raw.velocity.get_ref().clone(),
         unit: raw.unit.clone(),
+        force_unit: raw.force_unit.as_ref().map(|unit| unit.get_ref().clone()),
     }
 }

@@ -4,6 +4,7 @@ use super::Report;
 use super::channels::{Channel, Input, Stretch};
 use super::table::number;
 use lacuna::plants::Model;
+use lacuna::plants::model::same_unit;
 
 /// A channel that moves less than this many noise standard deviations says little.
 const FAINT: f64 = 5.0;
@@ -21,6 +22,7 @@ const SAME_INPUT: f64 = 0.98;
 /// All warnings, the gravest first.
 pub fn warnings(model: &Model, report: &Report) -> Vec<String> {
     let mut out = Vec::new();
+    force_units(model, &mut out);
     units(report, &mut out);
     sampling(report, &mut out);
     missing(report, &mut out);
@@ -28,6 +30,20 @@ pub fn warnings(model: &Model, report: &Report) -> Vec<String> {
     inputs(report, &mut out);
     parameters(model, report, &mut out);
     out
+}
+
+/// Equations that cannot be right in the units that the model states.
+fn force_units(model: &Model, out: &mut Vec<String>) {
+    for (channel, coordinate) in model.coordinates.iter().enumerate() {
+        let said = model.said_force_units(channel);
+        let Some(first) = said.first() else { continue };
+        let Some(other) = said.iter().find(|s| !same_unit(&s.unit, &first.unit)) else { continue };
+        out.push(format!(
+            "the units of the model do not agree in the equation of '{}': by '{}' its force is in {}, by '{}' \
+             in {}; correct the units, or convert in the equation",
+            coordinate.name, first.by, first.unit, other.by, other.unit
+        ));
+    }
 }
 
 fn units(report: &Report, out: &mut Vec<String>) {

@@ -1,9 +1,10 @@
 //! The errors of two models, for machines and for people.
 
 use super::super::check::table::{Table, number};
-use super::super::simulation::{ChannelError, Settings, in_samples};
+use super::super::simulation::{ChannelError, Settings};
 use super::pair::{Channel, Named, Pair};
 use indexmap::IndexMap;
+use lacuna::recordings::in_samples;
 use lacuna::report::number::ratio;
 use lacuna::report::{Closer, ComparedChannel, ComparedSeries, Comparison};
 use serde::Serialize;

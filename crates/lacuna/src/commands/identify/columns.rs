@@ -35,7 +35,8 @@ impl Columns {
             None => time_column(&a.recordings[0], &mut notes)?,
         };
         let first = lacuna::recordings::read(&a.recordings[0], &time)?;
-        for name in a.inputs.iter().chain(&a.channels) {
+        let with_unit = a.units.iter().map(|u| &u.column);
+        for name in a.inputs.iter().chain(&a.channels).chain(with_unit) {
             first.column(name)?;
         }
         let names: Vec<String> = first.columns.iter().map(|c| c.name.clone()).collect();

@@ -3,8 +3,7 @@
 use super::columns::Columns;
 use lacuna::occupation::TrajectoryData;
 use lacuna::recordings::{
-    InputHold, Prior, Recording, Sampling, Smoother, Trajectory, estimate_noise_pooled,
-    resample_input,
+    InputHold, Prior, Recording, Sampling, Smoother, Trajectory, resample_input,
 };
 use std::error::Error;
 use std::ops::Range;
@@ -13,10 +12,6 @@ use std::ops::Range;
 const LONGEST_GAP: usize = 10;
 /// Shortest stretch without a longer gap that is used, in rows.
 const FEWEST_ROWS: usize = 30;
-/// Noise is never taken for smaller than this share of a channel's largest value: a noise-free
-/// simulation has rounding errors too.
-const ROUNDING: f64 = 1e-7;
-
 /// Noise standard deviations of the channels and of the velocities that are measured.
 pub struct Noise {
     pub channels: Vec<f64>,
@@ -40,29 +35,6 @@ pub struct Stretch {
 pub struct Motion {
     pub names: Vec<String>,
     pub stretches: Vec<Stretch>,
-}
-
-/// Noise of each channel and velocity, pooled over the recordings.
-pub fn noise(columns: &Columns, recordings: &[Recording]) -> Result<Noise, Box<dyn Error>> {
-    let of = |column: &String| -> Result<f64, Box<dyn Error>> {
-        let series = recordings
-            .iter()
-            .map(|r| Ok((r.time.as_slice(), r.column(column)?)))
-            .collect::<Result<Vec<_>, lacuna::recordings::RecordingError>>()?;
-        let name = &recordings[0].name;
-        let found = estimate_noise_pooled(&series)
-            .map_err(|e| format!("{name}: column '{column}': {e}"))?;
-        let values = series.iter().flat_map(|(_, values)| *values);
-        let largest = values.filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
-        Ok(found.sd.max(ROUNDING * largest).max(f64::MIN_POSITIVE))
-    };
-    let channels = columns.channels.iter().map(of).collect::<Result<_, _>>()?;
-    let velocities = columns
-        .velocities
-        .iter()
-        .map(|v| v.as_ref().map(of).transpose())
-        .collect::<Result<_, _>>()?;
-    Ok(Noise { channels, velocities })
 }
 
 impl Motion {

@@ -1,6 +1,8 @@
 //! The value of an effect's entry, in the ways in which it can be written.
 
+use crate::model::units::same_unit;
 use lacuna_effects::{Kind, Parameter, Range};
+use lacuna_units::{Unit, convert_factor};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -38,12 +40,36 @@ pub(super) struct Given {
     pub std: Vec<Option<f64>>,
 }
 
+impl Given {
+    fn scale(&mut self, factor: f64) {
+        let std = self.std.iter_mut().flatten();
+        self.values.iter_mut().chain(std).for_each(|value| *value *= factor);
+    }
+}
+
+/// The number of `unit` in one of what is `written`, or why there is none.
+fn factor(written: &str, unit: &str) -> Result<f64, String> {
+    if same_unit(written, unit) {
+        return Ok(1.0);
+    }
+    let expected = Unit::parse(unit).map_err(|_| {
+        format!(
+            "here it must be in {unit}, which cannot be converted; where the unit of a force is not \
+             known, give units to the parameters and inputs, or force_unit to the coordinate"
+        )
+    })?;
+    let written = Unit::parse(written).map_err(|e| format!("here it must be in {unit}: {e}"))?;
+    convert_factor(&written, &expected).map_err(|e| format!("here it must be in {unit}: {e}"))
+}
+
 impl RawValue {
-    /// What is given for a parameter in this unit.
+    /// What is given for a parameter, in this unit.
     pub fn given(&self, p: &Parameter, unit: &str) -> Result<Given, String> {
-        let (given, written) = self.numbers(p)?;
-        if let Some(written) = written.filter(|w| *w != unit) {
-            return Err(format!("'{}' is given in {written}; here it must be in {unit}", p.name));
+        let (mut given, written) = self.numbers(p)?;
+        if let Some(written) = written {
+            let factor = factor(written, unit)
+                .map_err(|why| format!("'{}' is given in {written}; {why}", p.name))?;
+            given.scale(factor);
         }
         let outside = |v: &&f64| !p.range.contains(**v);
         if let Some(value) = given.values.iter().find(outside) {

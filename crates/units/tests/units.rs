@@ -1,6 +1,6 @@
 //! Unit conversion is inverted by the conversion back, and no text makes the reader panic.
 
-use lacuna_recordings::{Unit, convert, convert_factor};
+use lacuna_units::{Unit, convert, convert_factor};
 use proptest::prelude::*;
 
 /// Units of one kind, each compatible with the others of its row.
