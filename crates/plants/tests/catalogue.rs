@@ -61,6 +61,7 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("coupling_stiffness", "other = \"h2\"\nstiffness = 0.2", &["h1"]),
     ("coriolis_coupling", "other = \"q2\"\ncoefficient = 2.0", &["q1"]),
     ("hysteresis", "stiffness = 3.0\nbeta = 5\ngamma = 4", &["q1"]),
+    ("hysteresis", "stiffness = 3.0\nbeta = 1\ngamma = -1.4", &["q1"]),
     ("backlash", "stiffness = 2.0\ngap = 0.1", &["q1"]),
     ("backlash", "stiffness = 2.0\ngap = 1e-12", &["q1"]),
     ("viscoelastic", "stiffness = 2.0\ntime_constant = 0.3", &["q1"]),
