@@ -35,6 +35,7 @@ mod cogging;
 mod constant_force;
 mod coriolis_coupling;
 mod coulomb_friction;
+mod coupling_friction;
 mod coupling_stiffness;
 mod cubic_stiffness;
 mod dead_zone;
@@ -65,8 +66,10 @@ mod sensor_bias;
 mod sensor_delay;
 mod sensor_scale;
 mod sine;
+mod spill;
 mod step_change;
 mod stribeck_friction;
+mod transmission_backlash;
 pub mod unit;
 mod unknown_function;
 mod viscoelastic;
@@ -99,6 +102,8 @@ pub static CATALOGUE: &[&Effect] = &[
     &gravity_torque::EFFECT,
     &cogging::EFFECT,
     &coupling_stiffness::EFFECT,
+    &coupling_friction::EFFECT,
+    &transmission_backlash::EFFECT,
     &coriolis_coupling::EFFECT,
     &hysteresis::EFFECT,
     &backlash::EFFECT,
@@ -109,6 +114,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &linear_loss::EFFECT,
     &quadratic_loss::EFFECT,
     &overflow::EFFECT,
+    &spill::EFFECT,
     &unknown_function::EFFECT,
     &gain_error::EFFECT,
     &dead_zone::EFFECT,

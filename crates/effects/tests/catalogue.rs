@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 34] = [
+const DESIGNED: [&str; 37] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -21,6 +21,8 @@ const DESIGNED: [&str; 34] = [
     "gravity_torque",
     "cogging",
     "coupling_stiffness",
+    "coupling_friction",
+    "transmission_backlash",
     "coriolis_coupling",
     "hysteresis",
     "viscoelastic",
@@ -39,6 +41,7 @@ const DESIGNED: [&str; 34] = [
     "linear_loss",
     "quadratic_loss",
     "overflow",
+    "spill",
     "unknown_function",
 ];
 
@@ -90,6 +93,8 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("coulomb_friction", &["N", "m/s"], &["N m", "rad/s"]),
         ("stribeck_friction", &["N", "N", "m/s", "m/s"], &["N m", "N m", "rad/s", "rad/s"]),
         ("asymmetric_friction", &["N", "N", "m/s"], &["N m", "N m", "rad/s"]),
+        ("coupling_friction", &["N", "m/s"], &["N m", "rad/s"]),
+        ("transmission_backlash", &["N/m", "m"], &["N m/rad", "rad"]),
         ("quadratic_drag", &["N s^2/m^2"], &["N m s^2/rad^2"]),
         ("position_damping", &["N s/m^3"], &["N m s/rad^3"]),
         ("constant_force", &["N"], &["N m"]),
@@ -146,6 +151,7 @@ fn units_on_a_first_order_state() {
     assert_eq!(units("linear_loss", "m/s", "m", ""), ["1/s"]);
     assert_eq!(units("quadratic_loss", "m/s", "m", ""), ["1/(m s)"]);
     assert_eq!(units("overflow", "m/s", "m", ""), ["1/s", "m"]);
+    assert_eq!(units("spill", "m/s", "m", ""), ["1/s", "m", "1"]);
     assert_eq!(units("linear_loss", "degC/s", "degC", ""), ["1/s"]);
     // A speed as a first-order state: its rate is an acceleration.
     let rate = Dimension::VELOCITY.text("", "m/s", "");

@@ -245,6 +245,7 @@ fn screened_shapes_are_in_range_for_any_machine() {
     let scales = |size: f64| Scales {
         q: (-0.7 * size, 1.1 * size),
         v: 2.0 * size,
+        apart: (0.4 * size, 3.0 * size),
         input: (3.0, 8.0),
         step: 0.01,
         time: (0.0, 30.0),

@@ -59,6 +59,8 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("cogging", "amplitude = 0.3\nwavenumber = 12", &["q1"]),
     ("coupling_stiffness", "other = \"q2\"\nstiffness = 2.0", &["q1"]),
     ("coupling_stiffness", "other = \"h2\"\nstiffness = 0.2", &["h1"]),
+    ("coupling_friction", "other = \"q2\"\nmagnitude = 0.2", &["q1"]),
+    ("transmission_backlash", "other = \"q2\"\nstiffness = 2.0\ngap = 0.1", &["q1"]),
     ("coriolis_coupling", "other = \"q2\"\ncoefficient = 2.0", &["q1"]),
     ("hysteresis", "stiffness = 3.0\nbeta = 5\ngamma = 4", &["q1"]),
     ("hysteresis", "stiffness = 3.0\nbeta = 1\ngamma = -1.4", &["q1"]),
@@ -71,6 +73,7 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("linear_loss", "rate = 0.1", &["h1", "h2"]),
     ("quadratic_loss", "coefficient = 0.1", &["h1"]),
     ("overflow", "rate = 5.0\nposition = 0.6", &["h1"]),
+    ("spill", "other = \"h2\"\nrate = 5.0\nposition = 0.6\nshare = 0.7", &["h1"]),
     ("unknown_function", "over = \"q1\"", &["q1"]),
     ("unknown_function", "over = \"dq2\"", &["q2"]),
     ("unknown_function", "over = \"h2\"", &["h2"]),
@@ -101,6 +104,8 @@ const NEUTRAL: &[(&str, &str, &str)] = &[
     ("step_change", "q1", "force = 1\ntime = 1e6"),
     ("backlash", "q1", "stiffness = 2\ngap = 1e6"),
     ("added_inertia", "q1", "inertia = 0"),
+    ("transmission_backlash", "q1", "other = \"q2\"\nstiffness = 2\ngap = 0"),
+    ("spill", "h1", "other = \"h2\"\nrate = 5\nposition = 1e6\nshare = 0.7"),
 ];
 
 fn with(class: &str, channel: &str, entries: &str) -> Model {

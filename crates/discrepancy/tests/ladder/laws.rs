@@ -1,11 +1,38 @@
 //! Laws that stand beside simpler ones: each is named where it acts, with its size.
 
 use crate::findings::{conceal, names};
-use crate::machines::ON_PENDULUM;
+use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS};
 
 /// An entry of a model file.
 fn effect(class: &str, channel: &str, numbers: &str) -> String {
     format!("[[effect]]\nclass = \"{class}\"\nchannel = \"{channel}\"\n{numbers}")
+}
+
+/// Two masses joined stiffly, so that the play of the joint is most of their difference.
+fn stiff() -> Bench {
+    let text = ON_TWO_MASS.text.replace("value = 40", "value = 300");
+    Bench { text: Box::leak(text.into_boxed_str()), noise: 1e-4, ..ON_TWO_MASS }
+}
+
+#[test]
+fn play_in_the_joint_of_two_masses() {
+    let truth =
+        effect("transmission_backlash", "x1", "other = \"x2\"\nstiffness = 300\ngap = 0.02");
+    let d = conceal(stiff(), 301, &truth);
+    names(&d, "transmission_backlash", "x1", &[("gap", 0.02)]);
+    assert_eq!(d.findings[0].other.as_deref(), Some("x2"));
+    assert_eq!(d.findings[0].parameters["gap"].unit, "m");
+}
+
+#[test]
+fn a_joint_of_two_masses_that_rubs() {
+    let truth = effect(
+        "coupling_friction",
+        "x1",
+        "other = \"x2\"\nmagnitude = 0.5\nsmoothing_velocity = 0.01",
+    );
+    let d = conceal(ON_TWO_MASS, 302, &truth);
+    names(&d, "coupling_friction", "x1", &[("magnitude", 0.5)]);
 }
 
 #[test]
@@ -13,4 +40,12 @@ fn a_damper_whose_loop_stiffens() {
     let truth = effect("hysteresis", "q", "stiffness = 0.3\nbeta = 2\ngamma = -2.6");
     let d = conceal(ON_PENDULUM, 305, &truth);
     names(&d, "hysteresis", "q", &[("stiffness", 0.3), ("beta", 2.0), ("gamma", -2.6)]);
+}
+
+#[test]
+fn an_upper_tank_that_spills_into_the_lower_one() {
+    let truth = effect("spill", "h1", "other = \"h2\"\nrate = 0.3\nposition = 0.8\nshare = 0.6");
+    let d = conceal(ON_TANKS, 308, &truth);
+    names(&d, "spill", "h1", &[("position", 0.8), ("share", 0.6)]);
+    assert_eq!(d.findings[0].other.as_deref(), Some("h2"));
 }
