@@ -56,6 +56,7 @@ mod overflow;
 pub mod parameter;
 mod periodic_disturbance;
 mod position_damping;
+mod position_friction;
 mod prior;
 mod quadratic_drag;
 mod quadratic_loss;
@@ -69,6 +70,7 @@ mod sine;
 mod spill;
 mod step_change;
 mod stribeck_friction;
+mod time_friction;
 mod transmission_backlash;
 pub mod unit;
 mod unknown_function;
@@ -91,6 +93,8 @@ pub static CATALOGUE: &[&Effect] = &[
     &coulomb_friction::EFFECT,
     &stribeck_friction::EFFECT,
     &asymmetric_friction::EFFECT,
+    &position_friction::EFFECT,
+    &time_friction::EFFECT,
     &quadratic_drag::EFFECT,
     &position_damping::EFFECT,
     &constant_force::EFFECT,

@@ -5,11 +5,13 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 37] = [
+const DESIGNED: [&str; 39] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
     "asymmetric_friction",
+    "position_friction",
+    "time_friction",
     "quadratic_drag",
     "constant_force",
     "position_damping",
@@ -93,6 +95,8 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("coulomb_friction", &["N", "m/s"], &["N m", "rad/s"]),
         ("stribeck_friction", &["N", "N", "m/s", "m/s"], &["N m", "N m", "rad/s", "rad/s"]),
         ("asymmetric_friction", &["N", "N", "m/s"], &["N m", "N m", "rad/s"]),
+        ("position_friction", &["N", "N/m", "m/s"], &["N m", "N m/rad", "rad/s"]),
+        ("time_friction", &["N", "N", "s", "m/s", "s"], &["N m", "N m", "s", "rad/s", "s"]),
         ("coupling_friction", &["N", "m/s"], &["N m", "rad/s"]),
         ("transmission_backlash", &["N/m", "m"], &["N m/rad", "rad"]),
         ("quadratic_drag", &["N s^2/m^2"], &["N m s^2/rad^2"]),

@@ -53,6 +53,11 @@ fn friction_laws_obey_their_formulas() {
     obeys("asymmetric_friction", &[1.5, 0.4, 0.05], |p| {
         if p.v > 0.0 { -1.5 * (p.v / 0.05).tanh() } else { -0.4 * (p.v / 0.05).tanh() }
     });
+    obeys("position_friction", &[1.5, -0.4, 0.05], |p| -(1.5 - 0.4 * p.q) * (p.v / 0.05).tanh());
+    obeys("time_friction", &[1.5, 0.4, 2.0, 0.05, 1.2], |p| {
+        let left = if p.t < 1.2 { 1.0 } else { (-(p.t - 1.2) / 2.0).exp() };
+        -(0.4 + 1.1 * left) * (p.v / 0.05).tanh()
+    });
     let (coulomb, fixed, stribeck, smoothing) = (1.2, 1.9, 0.3, 0.01);
     obeys("stribeck_friction", &[coulomb, fixed, stribeck, smoothing], |p| {
         let peak = (fixed - coulomb) * (-(p.v * p.v) / (stribeck * stribeck)).exp();
@@ -236,6 +241,7 @@ fn friction_and_loss_laws_dissipate() {
         "coulomb_friction",
         "stribeck_friction",
         "asymmetric_friction",
+        "time_friction",
         "quadratic_drag",
         "position_damping",
         "linear_loss",

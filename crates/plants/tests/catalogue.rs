@@ -46,6 +46,8 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("stribeck_friction", "coulomb = 0.2\nstatic = 0.4\nstribeck_velocity = 0.1", &["q1"]),
     ("stribeck_friction", "coulomb = 0.2\nstatic = 0.4\nstribeck_velocity = 1e-12", &["q2"]),
     ("asymmetric_friction", "positive = 0.2\nnegative = 0.1", &["q1", "h1"]),
+    ("position_friction", "magnitude = 0.2\nslope = 0.3", &["q1"]),
+    ("time_friction", "initial = 0.4\nfinal = 0.1\ntime_constant = 2", &["q1"]),
     ("quadratic_drag", "coefficient = 0.5", &["q1"]),
     ("position_damping", "coefficient = 5", &["q1", "q2"]),
     ("constant_force", "force = 0.3", &["q2", "h1"]),

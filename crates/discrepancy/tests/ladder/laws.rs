@@ -36,6 +36,31 @@ fn a_joint_of_two_masses_that_rubs() {
 }
 
 #[test]
+fn friction_that_grows_along_the_way() {
+    let truth = effect(
+        "position_friction",
+        "q",
+        "magnitude = 0.06\nslope = 0.05\nsmoothing_velocity = 0.02",
+    );
+    let d = conceal(ON_PENDULUM, 303, &truth);
+    names(&d, "position_friction", "q", &[("magnitude", 0.06), ("slope", 0.05)]);
+    assert_eq!(d.findings[0].parameters["slope"].unit, "N m/rad");
+}
+
+#[test]
+fn friction_that_warms_up() {
+    let truth = effect(
+        "time_friction",
+        "q",
+        "initial = 0.12\nfinal = 0.04\ntime_constant = 2.5\nsmoothing_velocity = 0.02",
+    );
+    let d = conceal(ON_PENDULUM, 304, &truth);
+    let numbers = [("initial", 0.12), ("final", 0.04), ("time_constant", 2.5)];
+    names(&d, "time_friction", "q", &numbers);
+    assert_eq!(d.findings[0].depends_on, ["dq", "t"]);
+}
+
+#[test]
 fn a_damper_whose_loop_stiffens() {
     let truth = effect("hysteresis", "q", "stiffness = 0.3\nbeta = 2\ngamma = -2.6");
     let d = conceal(ON_PENDULUM, 305, &truth);
