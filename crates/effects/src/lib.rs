@@ -52,6 +52,8 @@ mod input_delay;
 pub mod law;
 mod linear_loss;
 mod linear_stiffness;
+mod lugre_friction;
+mod maxwell_slip;
 mod overflow;
 pub mod parameter;
 mod periodic_disturbance;
@@ -109,6 +111,8 @@ pub static CATALOGUE: &[&Effect] = &[
     &coupling_friction::EFFECT,
     &transmission_backlash::EFFECT,
     &coriolis_coupling::EFFECT,
+    &lugre_friction::EFFECT,
+    &maxwell_slip::EFFECT,
     &hysteresis::EFFECT,
     &backlash::EFFECT,
     &viscoelastic::EFFECT,

@@ -48,6 +48,12 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("asymmetric_friction", "positive = 0.2\nnegative = 0.1", &["q1", "h1"]),
     ("position_friction", "magnitude = 0.2\nslope = 0.3", &["q1"]),
     ("time_friction", "initial = 0.4\nfinal = 0.1\ntime_constant = 2", &["q1"]),
+    (
+        "lugre_friction",
+        "coulomb = 0.2\nstatic_ratio = 1.5\nstribeck_velocity = 0.1\ntravel = 0.02",
+        &["q1"],
+    ),
+    ("maxwell_slip", "magnitude = 0.2\ntravel = 0.05\nspread = 2", &["q1"]),
     ("quadratic_drag", "coefficient = 0.5", &["q1"]),
     ("position_damping", "coefficient = 5", &["q1", "q2"]),
     ("constant_force", "force = 0.3", &["q2", "h1"]),

@@ -68,6 +68,25 @@ fn a_damper_whose_loop_stiffens() {
 }
 
 #[test]
+fn bristles_that_bend_before_they_slip() {
+    let truth = effect(
+        "lugre_friction",
+        "q",
+        "coulomb = 0.06\nstatic_ratio = 1.6\nstribeck_velocity = 0.3\ntravel = 0.06",
+    );
+    let d = conceal(ON_PENDULUM, 306, &truth);
+    names(&d, "lugre_friction", "q", &[("coulomb", 0.06), ("travel", 0.06)]);
+}
+
+#[test]
+fn elements_that_stick_and_slip() {
+    let truth = effect("maxwell_slip", "q", "magnitude = 0.08\ntravel = 0.2\nspread = 2.5");
+    // Bouc-Wen comes near; what it cannot do are loops within loops.
+    let d = conceal(Bench { noise: 2e-4, ..ON_PENDULUM }, 307, &truth);
+    names(&d, "maxwell_slip", "q", &[("magnitude", 0.08), ("travel", 0.2)]);
+}
+
+#[test]
 fn an_upper_tank_that_spills_into_the_lower_one() {
     let truth = effect("spill", "h1", "other = \"h2\"\nrate = 0.3\nposition = 0.8\nshare = 0.6");
     let d = conceal(ON_TANKS, 308, &truth);
