@@ -66,6 +66,7 @@ mod quadratic_stiffness;
 mod saturation;
 mod scales;
 mod sensor_bias;
+mod sensor_dead_zone;
 mod sensor_delay;
 mod sensor_scale;
 mod sine;
@@ -131,6 +132,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &actuator_lag::EFFECT,
     &sensor_scale::EFFECT,
     &sensor_bias::EFFECT,
+    &sensor_dead_zone::EFFECT,
     &sensor_delay::EFFECT,
 ];
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 41] = [
+const DESIGNED: [&str; 42] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -41,6 +41,7 @@ const DESIGNED: [&str; 41] = [
     "actuator_lag",
     "sensor_scale",
     "sensor_bias",
+    "sensor_dead_zone",
     "sensor_delay",
     "linear_loss",
     "quadratic_loss",
@@ -124,6 +125,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("unknown_function", &["N", "m", "m", "1"], &["N m", "rad", "rad", "1"]),
         ("sensor_scale", &["1"], &["1"]),
         ("sensor_bias", &["m"], &["rad"]),
+        ("sensor_dead_zone", &["m"], &["rad"]),
         ("sensor_delay", &["s"], &["s"]),
     ];
     for (class, linear, rotary) in table {

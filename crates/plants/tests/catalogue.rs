@@ -95,6 +95,7 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("actuator_lag", "time_constant = 1e9", &["tau"]),
     ("sensor_scale", "scale = 1.1", &["q1", "dq2", "h1"]),
     ("sensor_bias", "bias = 0.05", &["q1", "dq2", "h1"]),
+    ("sensor_dead_zone", "half_width = 0.05", &["q1", "dq1", "h1"]),
     ("sensor_delay", "delay = 0.1", &["q1", "dq2", "h1"]),
     ("sensor_delay", "delay = 1e6", &["q1"]),
 ];
@@ -107,6 +108,7 @@ const NEUTRAL: &[(&str, &str, &str)] = &[
     ("saturation", "tau", "limit = 1e9"),
     ("gain_error", "tau", "gain = 1"),
     ("sensor_scale", "dq1", "scale = 1"),
+    ("sensor_dead_zone", "q1", "half_width = 0"),
     ("overflow", "h1", "rate = 5\nposition = 1e6"),
     ("end_stop", "q1", "stiffness = 100\nposition = 1e6"),
     ("step_change", "q1", "force = 1\ntime = 1e6"),

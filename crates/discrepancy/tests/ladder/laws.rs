@@ -1,7 +1,8 @@
 //! Laws that stand beside simpler ones: each is named where it acts, with its size.
 
 use crate::findings::{conceal, names};
-use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS};
+use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
+use lacuna_discrepancy::diagnosis::Verdict;
 
 /// An entry of a model file.
 fn effect(class: &str, channel: &str, numbers: &str) -> String {
@@ -92,4 +93,21 @@ fn an_upper_tank_that_spills_into_the_lower_one() {
     let d = conceal(ON_TANKS, 308, &truth);
     names(&d, "spill", "h1", &[("position", 0.8), ("share", 0.6)]);
     assert_eq!(d.findings[0].other.as_deref(), Some("h2"));
+}
+
+#[test]
+fn a_sensor_that_shows_nothing_near_zero() {
+    let truth = effect("sensor_dead_zone", "q", "half_width = 0.05");
+    let bench = ON_PENDULUM;
+    let truth = bench.truth(&truth);
+    let mut recordings = bench.record(&bench.model(), 309, 3);
+    for r in &mut recordings {
+        let seen = truth.observed(0, &r.time, r.columns[1].values.clone());
+        r.columns[1].values = seen;
+    }
+    let d = diagnosed(&bench.model(), &recordings).diagnosis;
+    assert_eq!(d.verdict, Verdict::SensorFault, "{:?}", d.findings);
+    assert_eq!(d.findings[0].class, "sensor_dead_zone");
+    let width = &d.findings[0].parameters["half_width"];
+    assert!((width.value - 0.05).abs() < 4.0 * width.std + 1e-3, "{width:?}");
 }
