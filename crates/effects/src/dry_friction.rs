@@ -32,20 +32,3 @@ pub(crate) fn smoothing_velocities(scales: &Scales) -> [f64; 3] {
 pub(crate) fn smoothing_prior(scales: &Scales) -> Prior {
     Prior::order(0.03 * scales.v, 2.5, (0.003 * scales.v, 0.4 * scales.v))
 }
-
-/// Travels before slipping to begin from; [`travel_prior`] has the meaning of `samples`.
-pub(crate) fn travels(scales: &Scales, samples: f64) -> [f64; 3] {
-    let least = least_travel(scales, samples);
-    [0.01, 0.05, 0.2].map(|share| least + share * scales.half_range())
-}
-
-/// Prior of a travel before slipping: a small part of the range, but no less than the usual motion
-/// covers in so many samples. What is slipped through sooner looks like plain dry friction.
-pub(crate) fn travel_prior(scales: &Scales, samples: f64) -> Prior {
-    let (reach, least) = (scales.half_range(), least_travel(scales, samples));
-    Prior::order(least + 0.05 * reach, 3.0, (least, least + reach))
-}
-
-fn least_travel(scales: &Scales, samples: f64) -> f64 {
-    samples * scales.v * scales.step
-}

@@ -53,7 +53,6 @@ pub mod law;
 mod linear_loss;
 mod linear_stiffness;
 mod lugre_friction;
-mod maxwell_slip;
 mod overflow;
 pub mod parameter;
 mod periodic_disturbance;
@@ -113,7 +112,6 @@ pub static CATALOGUE: &[&Effect] = &[
     &transmission_backlash::EFFECT,
     &coriolis_coupling::EFFECT,
     &lugre_friction::EFFECT,
-    &maxwell_slip::EFFECT,
     &hysteresis::EFFECT,
     &backlash::EFFECT,
     &viscoelastic::EFFECT,

@@ -12,7 +12,7 @@
 //! `coulomb travel z^2 / 2` of the bristles, `coulomb |v| z^2 / h` dissipates. z changes at the rate
 //! `|v| / travel`: travels that are covered within a sample are not looked for.
 
-use crate::dry_friction::{FAMILY, shared, travel_prior, travels};
+use crate::dry_friction::{FAMILY, shared};
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
     Scales, Variable,
@@ -41,10 +41,6 @@ pub(crate) static EFFECT: Effect = Effect {
     },
 };
 
-/// Samples of the usual motion that the least travel takes: at four times the usual speed
-/// a sample is two time constants of z, which Runge-Kutta's steps still follow.
-const SLOWEST: f64 = 2.0;
-
 #[derive(Debug)]
 struct LugreFriction;
 
@@ -71,18 +67,37 @@ fn priors(scales: &Scales) -> Vec<Prior> {
         Prior::magnitude(scales.force),
         Prior::order(1.4, 1.4, (1.0, 4.0)),
         Prior::order(0.35 * scales.v, 2.5, (0.05 * scales.v, 4.0 * scales.v)),
-        travel_prior(scales, SLOWEST),
+        travel_prior(scales),
     ]
 }
 
 fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
     let curves = [(1.0, 0.4), (1.7, 0.1), (1.7, 0.4), (1.7, 1.2)];
     let bent = |travel: f64| curves.map(|(ratio, v)| vec![ratio, v * scales.v, travel]);
-    travels(scales, SLOWEST).into_iter().flat_map(bent).collect()
+    travels(scales).into_iter().flat_map(bent).collect()
 }
 
 /// The travel is not known from friction that slips at once.
 fn begun(shared: &[f64], scales: &Scales) -> Vec<Vec<f64>> {
     let bent = |travel: f64| vec![0.9 * shared[0], 1.3, 0.4 * scales.v, travel];
-    travels(scales, SLOWEST).map(bent).to_vec()
+    travels(scales).map(bent).to_vec()
+}
+
+/// Travels to begin from.
+fn travels(scales: &Scales) -> [f64; 3] {
+    let least = least_travel(scales);
+    [0.01, 0.05, 0.2].map(|share| least + share * scales.half_range())
+}
+
+/// A small part of the range.
+fn travel_prior(scales: &Scales) -> Prior {
+    let (reach, least) = (scales.half_range(), least_travel(scales));
+    Prior::order(least + 0.05 * reach, 3.0, (least, least + reach))
+}
+
+/// What the usual motion covers in two samples: at four times the usual speed a sample is then two
+/// time constants of z, which Runge-Kutta's steps still follow. What slips sooner looks like plain
+/// dry friction.
+fn least_travel(scales: &Scales) -> f64 {
+    2.0 * scales.v * scales.step
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 42] = [
+const DESIGNED: [&str; 41] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -27,7 +27,6 @@ const DESIGNED: [&str; 42] = [
     "transmission_backlash",
     "coriolis_coupling",
     "lugre_friction",
-    "maxwell_slip",
     "hysteresis",
     "viscoelastic",
     "hidden_resonance",
@@ -101,7 +100,6 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("position_friction", &["N", "N/m", "m/s"], &["N m", "N m/rad", "rad/s"]),
         ("time_friction", &["N", "N", "s", "m/s", "s"], &["N m", "N m", "s", "rad/s", "s"]),
         ("lugre_friction", &["N", "1", "m/s", "m"], &["N m", "1", "rad/s", "rad"]),
-        ("maxwell_slip", &["N", "m", "1"], &["N m", "rad", "1"]),
         ("coupling_friction", &["N", "m/s"], &["N m", "rad/s"]),
         ("transmission_backlash", &["N/m", "m"], &["N m/rad", "rad"]),
         ("quadratic_drag", &["N s^2/m^2"], &["N m s^2/rad^2"]),

@@ -53,7 +53,6 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
         "coulomb = 0.2\nstatic_ratio = 1.5\nstribeck_velocity = 0.1\ntravel = 0.02",
         &["q1"],
     ),
-    ("maxwell_slip", "magnitude = 0.2\ntravel = 0.05\nspread = 2", &["q1"]),
     ("quadratic_drag", "coefficient = 0.5", &["q1"]),
     ("position_damping", "coefficient = 5", &["q1", "q2"]),
     ("constant_force", "force = 0.3", &["q2", "h1"]),

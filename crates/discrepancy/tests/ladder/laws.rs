@@ -80,14 +80,6 @@ fn bristles_that_bend_before_they_slip() {
 }
 
 #[test]
-fn elements_that_stick_and_slip() {
-    let truth = effect("maxwell_slip", "q", "magnitude = 0.08\ntravel = 0.2\nspread = 2.5");
-    // Bouc-Wen comes near; what it cannot do are loops within loops.
-    let d = conceal(Bench { noise: 2e-4, ..ON_PENDULUM }, 307, &truth);
-    names(&d, "maxwell_slip", "q", &[("magnitude", 0.08), ("travel", 0.2)]);
-}
-
-#[test]
 fn an_upper_tank_that_spills_into_the_lower_one() {
     let truth = effect("spill", "h1", "other = \"h2\"\nrate = 0.3\nposition = 0.8\nshare = 0.6");
     let d = conceal(ON_TANKS, 308, &truth);
