@@ -1,6 +1,6 @@
 //! Which effect could act where: the catalogue spread over a model's channels and inputs.
 
-use lacuna_effects::{Acts, CATALOGUE, Effect, Law, Scales, Variable};
+use lacuna_effects::{Acts, CATALOGUE, Effect, Law, Scales};
 use lacuna_plants::Model;
 
 /// An effect on a channel (or input), its shape still open.
@@ -40,13 +40,11 @@ pub fn candidates(model: &Model, sensors: &[usize]) -> Vec<Candidate> {
         match effect.law {
             Law::Force(_) => {
                 for channel in (0..model.channels()).filter(|&c| acts_on(effect, model, c)) {
-                    out.extend(
-                        partners(effect, channel, model.channels()).map(|other| Candidate {
-                            effect,
-                            channel,
-                            other,
-                        }),
-                    );
+                    out.extend(partners(effect, channel, model).map(|other| Candidate {
+                        effect,
+                        channel,
+                        other,
+                    }));
                 }
             }
             Law::Input(_) => out.extend((0..model.inputs.len()).map(|channel| Candidate {
@@ -82,14 +80,13 @@ fn acts_on(effect: &Effect, model: &Model, channel: usize) -> bool {
 fn partners(
     effect: &'static Effect,
     channel: usize,
-    channels: usize,
+    model: &Model,
 ) -> impl Iterator<Item = Option<usize>> {
-    let couples = effect.depends_on.contains(&Variable::OtherCoordinate)
-        || effect.depends_on.contains(&Variable::OtherVelocity);
-    let symmetric = matches!(effect.law, Law::Force(law) if law.reacts());
-    let others: Vec<_> = if couples {
-        let fits = |o: &usize| *o != channel && (!symmetric || *o > channel);
-        (0..channels).filter(fits).map(Some).collect()
+    let others: Vec<_> = if effect.couples() {
+        let fits = |o: &usize| {
+            *o != channel && (!effect.is_mutual() || *o > channel) && acts_on(effect, model, *o)
+        };
+        (0..model.channels()).filter(fits).map(Some).collect()
     } else {
         vec![None]
     };

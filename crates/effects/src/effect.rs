@@ -30,6 +30,29 @@ pub struct Effect {
     pub nature: Nature,
 }
 
+impl Effect {
+    /// Whether it names another channel: one that it depends on, or acts on as well.
+    #[must_use]
+    pub fn couples(&self) -> bool {
+        self.depends_on_another() || self.reacts()
+    }
+
+    /// Whether it is the same law seen from either of its channels.
+    #[must_use]
+    pub fn is_mutual(&self) -> bool {
+        self.depends_on_another() && self.reacts()
+    }
+
+    fn depends_on_another(&self) -> bool {
+        let another = [Variable::OtherCoordinate, Variable::OtherVelocity];
+        self.depends_on.iter().any(|v| another.contains(v))
+    }
+
+    fn reacts(&self) -> bool {
+        matches!(self.law, Law::Force(law) if law.reacts())
+    }
+}
+
 /// What is known of an effect beside its law. Most have the [`Nature::PLAIN`] one.
 #[derive(Clone, Copy, Debug)]
 pub struct Nature {

@@ -1,4 +1,14 @@
 //! Hysteresis (Bouc-Wen): `-stiffness z, z' = v - beta |v| z - gamma v |z|`.
+//!
+//! `gamma` bends the spring and `beta` makes the loop: with `S = int z / (1 - gamma |z|) dz` stored,
+//!
+//! ```text
+//! z v = S' + beta |v| z^2 / (1 - gamma |z|),   |z| < 1 / gamma where gamma > 0,
+//! ```
+//!
+//! so that it dissipates whatever the sign of gamma. A positive one softens: z saturates after a
+//! travel of `1 / (beta + gamma)`. A negative one stiffens, as dampers do whose loop is pinched; where
+//! `beta + gamma` is negative, z grows with the travel and has no limit of its own.
 
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
@@ -40,20 +50,27 @@ impl ForceLaw for Hysteresis {
     }
 }
 
+/// The sign of gamma is open, and how far the loop is from saturation.
 fn priors(scales: &Scales) -> Vec<Prior> {
-    let travel = 0.3 * scales.stroke;
-    let loop_prior =
-        Prior::order(0.5 / travel, 2.5, (0.3 / scales.half_range(), 25.0 / scales.stroke));
-    vec![Prior::magnitude(2.0 * scales.force / scales.half_range()), loop_prior, loop_prior]
+    let bend = 0.5 / (0.3 * scales.stroke);
+    let most = 25.0 / scales.stroke;
+    vec![
+        Prior::magnitude(2.0 * scales.force / scales.half_range()),
+        Prior::order(bend, 3.0, (0.03 / scales.half_range(), most)),
+        Prior::near(0.0, 2.0 * bend, (-most, most)),
+    ]
 }
 
-/// Equal beta and gamma: the loop unloads elastically. The force saturates after a
-/// travel of `1 / (beta + gamma)`.
+/// Loops that unload elastically (equal beta and gamma), as they load (no gamma), and faster than
+/// that. With beta alone they saturate after a travel of `1 / (beta + gamma)`.
 fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
     let travel = [0.05, 0.1, 0.2, 0.4, 0.8].map(|share| share * scales.half_range());
-    travel.map(|d| vec![0.5 / d, 0.5 / d]).to_vec()
+    let loops = |d: f64| [(0.5, 0.5), (1.0, 0.0), (0.5, -0.5)].map(|(b, g)| vec![b / d, g / d]);
+    travel.into_iter().flat_map(loops).collect()
 }
 
-fn memory_spread(shape: &[f64], _scales: &Scales, spread: &mut [f64]) {
-    spread[0] = 1.0 / (shape[0] + shape[1]).max(f64::MIN_POSITIVE);
+/// Up to saturation, or through the range where there is none.
+fn memory_spread(shape: &[f64], scales: &Scales, spread: &mut [f64]) {
+    let saturated = 1.0 / (shape[0] + shape[1]).max(f64::MIN_POSITIVE);
+    spread[0] = saturated.min(scales.half_range());
 }

@@ -71,6 +71,11 @@ pub trait ForceLaw: Sync + Debug {
     fn reacts(&self) -> bool {
         false
     }
+
+    /// The share of the force whose opposite acts there: all of it, unless some is lost on the way.
+    fn passed_on<T: Number>(&self, _shape: &[T]) -> T {
+        T::constant(1.0)
+    }
 }
 
 #[inline(always)]
@@ -91,6 +96,9 @@ pub trait ForceLawIn<T: Number>: Sync + Debug {
 
     /// Time derivative of the memory.
     fn memory_rate(&self, shape: &[T], at: &At<T>, rate: &mut [T]);
+
+    /// See [`ForceLaw::passed_on`].
+    fn passed_on(&self, shape: &[T]) -> T;
 }
 
 impl<L: ForceLaw, T: Number> ForceLawIn<T> for L {
@@ -112,6 +120,10 @@ impl<L: ForceLaw, T: Number> ForceLawIn<T> for L {
 
     fn memory_rate(&self, shape: &[T], at: &At<T>, rate: &mut [T]) {
         rate.copy_from_slice(ForceLaw::memory_rate(self, shape, at).as_ref());
+    }
+
+    fn passed_on(&self, shape: &[T]) -> T {
+        ForceLaw::passed_on(self, shape)
     }
 }
 

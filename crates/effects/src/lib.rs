@@ -35,6 +35,7 @@ mod cogging;
 mod constant_force;
 mod coriolis_coupling;
 mod coulomb_friction;
+mod coupling_friction;
 mod coupling_stiffness;
 mod cubic_stiffness;
 mod dead_zone;
@@ -51,10 +52,12 @@ mod input_delay;
 pub mod law;
 mod linear_loss;
 mod linear_stiffness;
+mod lugre_friction;
 mod overflow;
 pub mod parameter;
 mod periodic_disturbance;
 mod position_damping;
+mod position_friction;
 mod prior;
 mod quadratic_drag;
 mod quadratic_loss;
@@ -62,11 +65,15 @@ mod quadratic_stiffness;
 mod saturation;
 mod scales;
 mod sensor_bias;
+mod sensor_dead_zone;
 mod sensor_delay;
 mod sensor_scale;
 mod sine;
+mod spill;
 mod step_change;
 mod stribeck_friction;
+mod time_friction;
+mod transmission_backlash;
 pub mod unit;
 mod unknown_function;
 mod viscoelastic;
@@ -88,6 +95,8 @@ pub static CATALOGUE: &[&Effect] = &[
     &coulomb_friction::EFFECT,
     &stribeck_friction::EFFECT,
     &asymmetric_friction::EFFECT,
+    &position_friction::EFFECT,
+    &time_friction::EFFECT,
     &quadratic_drag::EFFECT,
     &position_damping::EFFECT,
     &constant_force::EFFECT,
@@ -99,7 +108,10 @@ pub static CATALOGUE: &[&Effect] = &[
     &gravity_torque::EFFECT,
     &cogging::EFFECT,
     &coupling_stiffness::EFFECT,
+    &coupling_friction::EFFECT,
+    &transmission_backlash::EFFECT,
     &coriolis_coupling::EFFECT,
+    &lugre_friction::EFFECT,
     &hysteresis::EFFECT,
     &backlash::EFFECT,
     &viscoelastic::EFFECT,
@@ -109,6 +121,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &linear_loss::EFFECT,
     &quadratic_loss::EFFECT,
     &overflow::EFFECT,
+    &spill::EFFECT,
     &unknown_function::EFFECT,
     &gain_error::EFFECT,
     &dead_zone::EFFECT,
@@ -117,6 +130,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &actuator_lag::EFFECT,
     &sensor_scale::EFFECT,
     &sensor_bias::EFFECT,
+    &sensor_dead_zone::EFFECT,
     &sensor_delay::EFFECT,
 ];
 

@@ -30,14 +30,14 @@ impl ForceLaw for Overflow {
     }
 }
 
-fn priors(scales: &Scales) -> Vec<Prior> {
+pub(crate) fn priors(scales: &Scales) -> Vec<Prior> {
     let reach = scales.half_range();
     let brim = Prior::near(scales.q.0 + 1.7 * reach, 0.4 * reach, scales.q);
     vec![Prior::magnitude(20.0 * scales.force / reach), brim]
 }
 
 /// Brims in the upper part of the state's range.
-fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+pub(crate) fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
     let (low, high) = scales.q;
     let shares = [0.7, 0.75, 0.8, 0.85, 0.89, 0.925, 0.955, 0.98];
     shares.map(|share| vec![low + share * (high - low)]).to_vec()

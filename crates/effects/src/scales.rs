@@ -15,6 +15,9 @@ pub struct Scales {
     pub force: f64,
     /// The other channel of a coupling: half its range, its velocity and its force.
     pub other: (f64, f64, f64),
+    /// The difference of its coordinate and that of the other channel: half its range, and the
+    /// standard deviation of its rate.
+    pub apart: (f64, f64),
     /// Standard deviation and largest absolute value of the input.
     pub input: (f64, f64),
     /// Mean sample step (s).

@@ -5,11 +5,13 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 34] = [
+const DESIGNED: [&str; 41] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
     "asymmetric_friction",
+    "position_friction",
+    "time_friction",
     "quadratic_drag",
     "constant_force",
     "position_damping",
@@ -21,7 +23,10 @@ const DESIGNED: [&str; 34] = [
     "gravity_torque",
     "cogging",
     "coupling_stiffness",
+    "coupling_friction",
+    "transmission_backlash",
     "coriolis_coupling",
+    "lugre_friction",
     "hysteresis",
     "viscoelastic",
     "hidden_resonance",
@@ -35,10 +40,12 @@ const DESIGNED: [&str; 34] = [
     "actuator_lag",
     "sensor_scale",
     "sensor_bias",
+    "sensor_dead_zone",
     "sensor_delay",
     "linear_loss",
     "quadratic_loss",
     "overflow",
+    "spill",
     "unknown_function",
 ];
 
@@ -90,6 +97,11 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("coulomb_friction", &["N", "m/s"], &["N m", "rad/s"]),
         ("stribeck_friction", &["N", "N", "m/s", "m/s"], &["N m", "N m", "rad/s", "rad/s"]),
         ("asymmetric_friction", &["N", "N", "m/s"], &["N m", "N m", "rad/s"]),
+        ("position_friction", &["N", "N/m", "m/s"], &["N m", "N m/rad", "rad/s"]),
+        ("time_friction", &["N", "N", "s", "m/s", "s"], &["N m", "N m", "s", "rad/s", "s"]),
+        ("lugre_friction", &["N", "1", "m/s", "m"], &["N m", "1", "rad/s", "rad"]),
+        ("coupling_friction", &["N", "m/s"], &["N m", "rad/s"]),
+        ("transmission_backlash", &["N/m", "m"], &["N m/rad", "rad"]),
         ("quadratic_drag", &["N s^2/m^2"], &["N m s^2/rad^2"]),
         ("position_damping", &["N s/m^3"], &["N m s/rad^3"]),
         ("constant_force", &["N"], &["N m"]),
@@ -111,6 +123,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("unknown_function", &["N", "m", "m", "1"], &["N m", "rad", "rad", "1"]),
         ("sensor_scale", &["1"], &["1"]),
         ("sensor_bias", &["m"], &["rad"]),
+        ("sensor_dead_zone", &["m"], &["rad"]),
         ("sensor_delay", &["s"], &["s"]),
     ];
     for (class, linear, rotary) in table {
@@ -146,6 +159,7 @@ fn units_on_a_first_order_state() {
     assert_eq!(units("linear_loss", "m/s", "m", ""), ["1/s"]);
     assert_eq!(units("quadratic_loss", "m/s", "m", ""), ["1/(m s)"]);
     assert_eq!(units("overflow", "m/s", "m", ""), ["1/s", "m"]);
+    assert_eq!(units("spill", "m/s", "m", ""), ["1/s", "m", "1"]);
     assert_eq!(units("linear_loss", "degC/s", "degC", ""), ["1/s"]);
     // A speed as a first-order state: its rate is an acceleration.
     let rate = Dimension::VELOCITY.text("", "m/s", "");

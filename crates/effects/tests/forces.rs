@@ -2,7 +2,7 @@
 
 mod support;
 
-use lacuna_effects::{Acts, At, CATALOGUE, Law, Range, Variable, find};
+use lacuna_effects::{Acts, At, CATALOGUE, Effect, Law, Range, Variable, find};
 use support::{CHANNELS, Force, Local};
 
 /// Points of all signs, at rest, slow and fast.
@@ -52,6 +52,11 @@ fn friction_laws_obey_their_formulas() {
     obeys("position_damping", &[0.6], |p| -0.6 * p.q * p.q * p.v);
     obeys("asymmetric_friction", &[1.5, 0.4, 0.05], |p| {
         if p.v > 0.0 { -1.5 * (p.v / 0.05).tanh() } else { -0.4 * (p.v / 0.05).tanh() }
+    });
+    obeys("position_friction", &[1.5, -0.4, 0.05], |p| -(1.5 - 0.4 * p.q) * (p.v / 0.05).tanh());
+    obeys("time_friction", &[1.5, 0.4, 2.0, 0.05, 1.2], |p| {
+        let left = if p.t < 1.2 { 1.0 } else { (-(p.t - 1.2) / 2.0).exp() };
+        -(0.4 + 1.1 * left) * (p.v / 0.05).tanh()
     });
     let (coulomb, fixed, stribeck, smoothing) = (1.2, 1.9, 0.3, 0.01);
     obeys("stribeck_friction", &[coulomb, fixed, stribeck, smoothing], |p| {
@@ -115,8 +120,47 @@ fn an_added_inertia_resists_acceleration() {
 fn couplings_obey_their_formulas() {
     obeys("coupling_stiffness", &[3.0], |p| 3.0 * (p.other_q - p.q));
     obeys("coriolis_coupling", &[0.4], |p| 0.4 * p.v * p.other_v);
-    assert!(law("coupling_stiffness").reacts());
+    obeys("coupling_friction", &[0.7, 0.05], |p| 0.7 * ((p.other_v - p.v) / 0.05).tanh());
+    assert!(law("coupling_stiffness").reacts() && law("coupling_friction").reacts());
     assert!(!law("coriolis_coupling").reacts());
+}
+
+/// With the shaft that the model has it makes one that pushes beyond its gap alone.
+#[test]
+fn backlash_in_a_transmission_takes_the_shaft_back_within_its_gap() {
+    let (stiffness, gap) = (3.0, 0.8);
+    let shaft = |p: &Local| stiffness * (p.other_q - p.q);
+    let dead = |x: f64| if x.abs() < 0.5 * gap { 0.0 } else { x - 0.5 * gap * x.signum() };
+    obeys("transmission_backlash", &[stiffness, gap], |p| {
+        stiffness * dead(p.other_q - p.q) - shaft(p)
+    });
+    obeys("transmission_backlash", &[stiffness, 0.0], |_| 0.0);
+    // A gap wider than the motion leaves no shaft.
+    obeys("transmission_backlash", &[stiffness, 100.0], |p| -shaft(p));
+    assert!(law("transmission_backlash").reacts());
+}
+
+/// Of what runs over, so much arrives.
+#[test]
+fn a_spill_is_an_overflow_that_arrives_elsewhere() {
+    let law = law("spill");
+    obeys("spill", &[2.0, 0.5, 0.7], |p| if p.q > 0.5 { -2.0 * (p.q - 0.5) } else { 0.0 });
+    assert!(law.reacts());
+    assert_eq!(law.plain().passed_on(&[0.5, 0.7]), 0.7);
+    // Whatever else reacts gives back all.
+    for (class, law) in force_laws().filter(|(class, _)| *class != "spill") {
+        assert_eq!(law.plain().passed_on(&some_physical(class)), 1.0, "{class}");
+    }
+}
+
+#[test]
+fn couplings_name_another_channel_and_springs_count_once() {
+    let of = |is: fn(&Effect) -> bool| -> Vec<_> {
+        CATALOGUE.iter().filter(|e| is(e)).map(|e| e.class).collect()
+    };
+    let mutual = ["coupling_stiffness", "coupling_friction", "transmission_backlash"];
+    assert_eq!(of(Effect::is_mutual), mutual);
+    assert_eq!(of(Effect::couples), [&mutual[..], &["coriolis_coupling", "spill"]].concat());
 }
 
 #[test]
@@ -197,6 +241,7 @@ fn friction_and_loss_laws_dissipate() {
         "coulomb_friction",
         "stribeck_friction",
         "asymmetric_friction",
+        "time_friction",
         "quadratic_drag",
         "position_damping",
         "linear_loss",
@@ -285,5 +330,5 @@ fn one_sided_amplitudes_are_those_of_energy_losses_and_of_springs_that_only_push
 fn effects_that_act_on_states_alone_are_the_losses() {
     let on_states: Vec<_> =
         CATALOGUE.iter().filter(|e| e.acts == Acts::States).map(|e| e.class).collect();
-    assert_eq!(on_states, ["linear_loss", "quadratic_loss", "overflow"]);
+    assert_eq!(on_states, ["linear_loss", "quadratic_loss", "overflow", "spill"]);
 }

@@ -147,6 +147,7 @@ fn a_recording_of_one_sample_is_no_trouble() {
 fn sensors_obey_their_formulas() {
     let of = |class: &str, p: f64| law(class).applied(&[p], &even(), &COMMAND);
     close(&of("sensor_scale", 1.1), &[1.1, 4.4, -2.2, 3.3, 3.3, -5.5, 0.55]);
+    close(&of("sensor_dead_zone", 1.5), &[0.0, 2.5, -0.5, 1.5, 1.5, -3.5, 0.0]);
     close(&of("sensor_bias", -0.5), &[0.5, 3.5, -2.5, 2.5, 2.5, -5.5, 0.0]);
 }
 

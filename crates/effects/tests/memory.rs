@@ -141,10 +141,33 @@ fn bouc_wen_with_equal_beta_and_gamma_unloads_elastically() {
     assert!((after - (loaded - 0.15)).abs() < 1e-12, "{loaded} {after}");
 }
 
+/// Bouc-Wen with gamma = -beta, loading: z' = v, a spring; unloading from z: z' = v (1 + 2 beta z).
+#[test]
+fn bouc_wen_with_a_negative_gamma_unloads_faster_than_it_loads() {
+    let (law, beta) = (law("hysteresis"), 1.5);
+    let shape = [beta, -beta];
+    let loaded = memory_along(law, &shape, |t| (t, 1.0), 0.8, |_, _| {})[0];
+    assert!((loaded - 0.8).abs() < 1e-12, "{loaded}");
+    let back = |_: f64, z: &[f64]| {
+        let mut rate = [0.0];
+        law.memory_rate(&shape, &Local { v: -1.0, ..Local::default() }, z, &mut rate);
+        rate.to_vec()
+    };
+    let after = integrate(back, vec![loaded], 0.2, 2000, |_, _| {})[0];
+    let expected =
+        ((1.0 + 2.0 * beta * loaded) * (-2.0 * beta * 0.2f64).exp() - 1.0) / (2.0 * beta);
+    assert!((after - expected).abs() < 1e-10, "{after} {expected}");
+    // It is what a search begins from, too.
+    let scales = Scales { q: (-1.0, 1.0), stroke: 1.0, ..Scales::default() };
+    let effect = lacuna_effects::find("hysteresis").expect("in the catalogue");
+    assert!((effect.shapes)(&scales).iter().any(|s| s[1] == -s[0]));
+}
+
 /// A closed loop of a hysteretic force takes work out, whatever its size.
 #[test]
 fn hysteresis_and_maxwell_elements_dissipate_over_a_cycle() {
-    for (class, shape) in [("hysteresis", vec![3.0, 2.0]), ("viscoelastic", vec![0.3])] {
+    let loops = [[3.0, 2.0], [3.0, -2.0], [1.0, -1.4]].map(|shape| ("hysteresis", shape.to_vec()));
+    for (class, shape) in loops.into_iter().chain([("viscoelastic", vec![0.3])]) {
         let law = law(class);
         for amplitude in [0.02, 0.2, 2.0] {
             let motion = |t: f64| (amplitude * t.sin(), amplitude * t.cos());
@@ -222,6 +245,7 @@ fn screened_shapes_are_in_range_for_any_machine() {
     let scales = |size: f64| Scales {
         q: (-0.7 * size, 1.1 * size),
         v: 2.0 * size,
+        apart: (0.4 * size, 3.0 * size),
         input: (3.0, 8.0),
         step: 0.01,
         time: (0.0, 30.0),

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::beyond::Kind;
 use super::effects;
 use super::off_formula::Law;
-use super::places::{classes, couples, places};
+use super::places::{classes, places};
 use super::plants::PlantSpec;
 use super::scales::Scales;
 use super::topic::Topic;
@@ -87,7 +87,7 @@ fn known(
         return None;
     }
     let channel = places[rng.random_range(0..places.len())];
-    let other = couples(effect).then(|| (channel + 1) % model.coordinates.len());
+    let other = effect.couples().then(|| (channel + 1) % model.coordinates.len());
     let numbers = effects::draw(effect, model, scales, channel, other, rng);
     let parameters = effects::in_order(effect, &numbers);
     let std = vec![None; parameters.len()];

@@ -1,6 +1,6 @@
 //! Where effects of the catalogue make sense.
 
-use lacuna_effects::{Acts, CATALOGUE, Effect, Law, Variable};
+use lacuna_effects::{Acts, CATALOGUE, Effect, Law};
 use lacuna_plants::Model;
 
 use super::plants::PlantSpec;
@@ -12,7 +12,7 @@ pub fn places(spec: &PlantSpec, model: &Model, effect: &Effect) -> Vec<usize> {
         return Vec::new();
     }
     let coordinates = 0..model.coordinates.len();
-    if couples(effect) && model.coordinates.len() < 2 {
+    if effect.couples() && model.coordinates.len() < 2 {
         return Vec::new();
     }
     let in_radians = |c: &usize| model.coordinates[*c].unit == "rad";
@@ -32,12 +32,6 @@ pub fn places(spec: &PlantSpec, model: &Model, effect: &Effect) -> Vec<usize> {
         _ if effect.class == "gravity_torque" => coordinates.filter(in_radians).collect(),
         _ => coordinates.collect(),
     }
-}
-
-/// Whether an effect couples two coordinates.
-pub fn couples(effect: &Effect) -> bool {
-    let other = |v: &Variable| matches!(v, Variable::OtherCoordinate | Variable::OtherVelocity);
-    effect.depends_on.iter().any(other)
 }
 
 /// Entries of the machine's state that a sensor can measure wrongly: positions and states.

@@ -9,7 +9,7 @@ use lacuna_effects::Law;
 use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 
-use super::places::{classes, couples, places};
+use super::places::{classes, places};
 use super::plants::PlantSpec;
 use super::scales::{ChannelScale, Scales};
 use super::sealed::Name;
@@ -109,7 +109,7 @@ fn candidates(
     outputs: &[Output],
 ) -> Vec<Candidate> {
     let mut all = Vec::new();
-    for effect in classes().filter(|e| !couples(e)) {
+    for effect in classes().filter(|e| !e.couples()) {
         for place in places(spec, model, effect) {
             let name = Name::new(effect.class, model.effect_channel_name(effect, place));
             let parameters: Option<Box<dyn Fn(f64) -> Vec<f64>>> = match effect.law {

@@ -7,7 +7,6 @@ use serde_json::json;
 
 use super::draw::Draft;
 use super::off_formula::Law;
-use super::places::couples;
 use super::sealed::{Area, Name, SealedEffect};
 
 /// An effect of the catalogue under seal.
@@ -30,7 +29,7 @@ pub fn catalogued(draft: &Draft, e: &ModelEffect) -> SealedEffect {
     if class == "asymmetric_friction" {
         accept.push(Name::new("coulomb_friction", &channel));
     }
-    if let (true, Some(other)) = (couples(e.effect), &other) {
+    if let (true, Some(other)) = (e.effect.couples(), &other) {
         accept.push(Name::new(class, other));
     }
     // One measured channel that lags behind one input: nobody can say which of them is late.

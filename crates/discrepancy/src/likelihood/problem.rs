@@ -40,6 +40,8 @@ pub struct Problem<'a> {
     channels: Vec<Scales>,
     /// Magnitudes of each input.
     inputs: Vec<Scales>,
+    /// Magnitudes of the differences of every two force channels ([`Scales::apart`]).
+    apart: Vec<Vec<(f64, f64)>>,
     /// Noise that each input shows.
     input_noise: Vec<f64>,
     /// Set from outside when nobody waits for fits any more.
@@ -75,6 +77,7 @@ impl<'a> Problem<'a> {
             hidden: hidden.collect(),
             channels: vec![],
             inputs: vec![],
+            apart: vec![],
             input_noise: (0..model.inputs.len()).map(|j| shown_noise(dataset, j)).collect(),
             cancelled: None,
         };
@@ -83,6 +86,9 @@ impl<'a> Problem<'a> {
         }
         super::hidden::follow(&mut this)?;
         this.channels = this.channel_scales();
+        let channels = 0..model.channels();
+        let beside = |c: usize| channels.clone().map(|o| this.differences(c, o)).collect();
+        this.apart = channels.clone().map(beside).collect();
         this.inputs = (0..model.inputs.len()).map(|j| this.input_scales(j)).collect();
         Ok(this)
     }
@@ -110,6 +116,7 @@ impl<'a> Problem<'a> {
                 if let Some(o) = other {
                     let s = &self.channels[o];
                     scales.other = (s.half_range(), s.v, s.force);
+                    scales.apart = self.apart[channel][o];
                 }
                 scales
             }
@@ -211,13 +218,9 @@ impl<'a> Problem<'a> {
     fn channel_scales(&self) -> Vec<Scales> {
         let mobility = self.mobility();
         let scale = |c: usize| {
-            let series = |f: &dyn Fn(&SmoothedRecording, usize) -> f64| -> Vec<f64> {
-                let of = |s| (0..SmoothedRecording::len(s)).map(move |k| (s, k));
-                self.smoothed.iter().flat_map(of).map(|(s, k)| f(s, k)).collect()
-            };
             let place = self.model.place(c);
-            let q = series(&|s, k| s.state(k)[place.q]);
-            let v = series(&|s, k| s.state(k)[place.v]);
+            let q = self.series(|x| x[place.q]);
+            let v = self.series(|x| x[place.v]);
             let acceleration = deviation(&self.accelerations(c));
             Scales {
                 q: inner_range(q, ENDS),
@@ -226,12 +229,28 @@ impl<'a> Problem<'a> {
                 acceleration,
                 force: acceleration / mobility[c],
                 other: (1.0, 1.0, 1.0),
+                apart: (1.0, 1.0),
                 input: (0.0, 0.0),
                 step: self.sample,
                 time: self.times(),
             }
         };
         (0..self.model.channels()).map(scale).collect()
+    }
+
+    /// What the smoothed states of all recordings say of something.
+    fn series(&self, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+        let states = |s| (0..SmoothedRecording::len(s)).map(move |k| s.state(k));
+        self.smoothed.iter().flat_map(states).map(of).collect()
+    }
+
+    /// Half the range of the difference of two channels' coordinates, and the standard deviation
+    /// of its rate.
+    fn differences(&self, channel: usize, other: usize) -> (f64, f64) {
+        let (a, b) = (self.model.place(channel), self.model.place(other));
+        let (low, high) = inner_range(self.series(|x| x[b.q] - x[a.q]), ENDS);
+        let rate = deviation(&self.series(|x| x[b.v] - x[a.v]));
+        (0.5 * (high - low).max(f64::MIN_POSITIVE), rate.max(f64::MIN_POSITIVE))
     }
 
     /// Rate of change of a channel's velocity, or of a first-order state.

@@ -171,9 +171,10 @@ impl<'p> Along<'p> {
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
         let channels = model.places(effect.channel, effect.other);
         let series = self.motion.basis(law, shape, &channels);
+        let passed_on = law.plain().passed_on(shape);
         let sides = [(effect.channel, 1.0)].into_iter();
         let sides: Vec<(usize, f64)> =
-            sides.chain(effect.other.filter(|_| law.reacts()).map(|o| (o, -1.0))).collect();
+            sides.chain(effect.other.filter(|_| law.reacts()).map(|o| (o, -passed_on))).collect();
         let slopes = Slopes::of(self, law, &channels, amplitudes, shape);
         for k in 0..self.motion.len() {
             let force: f64 = amplitudes.iter().zip(&series).map(|(a, b)| a * b[k]).sum();

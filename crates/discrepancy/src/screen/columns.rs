@@ -28,12 +28,13 @@ impl Screen<'_> {
                     &self.problem.model.places(channel, other),
                 );
                 let reaction = other.filter(|_| law.reacts());
+                let passed_on = law.plain().passed_on(&term.shape);
                 series
                     .into_iter()
                     .map(|s| {
                         let s = centred(&s);
                         let mut drives = vec![(Drive::Force(channel), s.clone(), 1.0)];
-                        drives.extend(reaction.map(|o| (Drive::Force(o), s, -1.0)));
+                        drives.extend(reaction.map(|o| (Drive::Force(o), s, -passed_on)));
                         drives
                     })
                     .collect()

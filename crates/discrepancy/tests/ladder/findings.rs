@@ -8,14 +8,14 @@ fn is_right(found: &Estimate, truth: f64) -> bool {
     found.std > 0.0 && (found.value - truth).abs() < (4.0 * found.std).max(0.05 * truth.abs())
 }
 
-fn conceal(bench: Bench, seed: u64, effect: &str) -> Diagnosis {
+pub fn conceal(bench: Bench, seed: u64, effect: &str) -> Diagnosis {
     let recordings = bench.record(&bench.truth(effect), seed, 3);
     diagnosed(&bench.model(), &recordings).diagnosis
 }
 
 /// The first finding is `class` on `channel` with these parameters, and the augmented model
 /// predicts the held-out recordings down to the noise.
-fn names(d: &Diagnosis, class: &str, channel: &str, parameters: &[(&str, f64)]) {
+pub fn names(d: &Diagnosis, class: &str, channel: &str, parameters: &[(&str, f64)]) {
     assert_eq!(d.verdict, Verdict::MissingPhysics, "{class}: {:?}", d.findings);
     let first = &d.findings[0];
     let rest: Vec<_> = d.findings.iter().skip(1).map(|f| (&f.class, &f.channel)).collect();

@@ -70,7 +70,7 @@ impl<T: Number> Force<T> {
         let sum = self.law.force(&self.amplitudes, &self.shape, &at);
         force[self.channel] = force[self.channel] + sum;
         if let (true, Some(other)) = (self.any.reacts(), self.other) {
-            force[other] = force[other] - sum;
+            force[other] = force[other] - sum * self.law.passed_on(&self.shape);
         }
         if self.inertial {
             let own = self.channel * coordinates + self.channel;

@@ -106,9 +106,7 @@ impl RawEffect {
         channel: usize,
     ) -> Result<Option<usize>, Mistake> {
         let class = effect.class;
-        let couples = [Variable::OtherCoordinate, Variable::OtherVelocity]
-            .iter()
-            .any(|v| effect.depends_on.contains(v));
+        let couples = effect.couples();
         let Some((name, place)) = self.text("other")? else {
             let missing = format!("{class} couples two channels: say other = \"...\"");
             return if couples { Err(Mistake::whole(missing)) } else { Ok(None) };

@@ -1,0 +1,105 @@
+//! Laws that stand beside simpler ones: each is named where it acts, with its size.
+
+use crate::findings::{conceal, names};
+use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
+use lacuna_discrepancy::diagnosis::Verdict;
+
+/// An entry of a model file.
+fn effect(class: &str, channel: &str, numbers: &str) -> String {
+    format!("[[effect]]\nclass = \"{class}\"\nchannel = \"{channel}\"\n{numbers}")
+}
+
+/// Two masses joined stiffly, so that the play of the joint is most of their difference.
+fn stiff() -> Bench {
+    let text = ON_TWO_MASS.text.replace("value = 40", "value = 300");
+    Bench { text: Box::leak(text.into_boxed_str()), noise: 1e-4, ..ON_TWO_MASS }
+}
+
+#[test]
+fn play_in_the_joint_of_two_masses() {
+    let truth =
+        effect("transmission_backlash", "x1", "other = \"x2\"\nstiffness = 300\ngap = 0.02");
+    let d = conceal(stiff(), 301, &truth);
+    names(&d, "transmission_backlash", "x1", &[("gap", 0.02)]);
+    assert_eq!(d.findings[0].other.as_deref(), Some("x2"));
+    assert_eq!(d.findings[0].parameters["gap"].unit, "m");
+}
+
+#[test]
+fn a_joint_of_two_masses_that_rubs() {
+    let truth = effect(
+        "coupling_friction",
+        "x1",
+        "other = \"x2\"\nmagnitude = 0.5\nsmoothing_velocity = 0.01",
+    );
+    let d = conceal(ON_TWO_MASS, 302, &truth);
+    names(&d, "coupling_friction", "x1", &[("magnitude", 0.5)]);
+}
+
+#[test]
+fn friction_that_grows_along_the_way() {
+    let truth = effect(
+        "position_friction",
+        "q",
+        "magnitude = 0.06\nslope = 0.05\nsmoothing_velocity = 0.02",
+    );
+    let d = conceal(ON_PENDULUM, 303, &truth);
+    names(&d, "position_friction", "q", &[("magnitude", 0.06), ("slope", 0.05)]);
+    assert_eq!(d.findings[0].parameters["slope"].unit, "N m/rad");
+}
+
+#[test]
+fn friction_that_warms_up() {
+    let truth = effect(
+        "time_friction",
+        "q",
+        "initial = 0.12\nfinal = 0.04\ntime_constant = 2.5\nsmoothing_velocity = 0.02",
+    );
+    let d = conceal(ON_PENDULUM, 304, &truth);
+    let numbers = [("initial", 0.12), ("final", 0.04), ("time_constant", 2.5)];
+    names(&d, "time_friction", "q", &numbers);
+    assert_eq!(d.findings[0].depends_on, ["dq", "t"]);
+}
+
+#[test]
+fn a_damper_whose_loop_stiffens() {
+    let truth = effect("hysteresis", "q", "stiffness = 0.3\nbeta = 2\ngamma = -2.6");
+    let d = conceal(ON_PENDULUM, 305, &truth);
+    names(&d, "hysteresis", "q", &[("stiffness", 0.3), ("beta", 2.0), ("gamma", -2.6)]);
+}
+
+#[test]
+fn bristles_that_bend_before_they_slip() {
+    let truth = effect(
+        "lugre_friction",
+        "q",
+        "coulomb = 0.06\nstatic_ratio = 1.6\nstribeck_velocity = 0.3\ntravel = 0.06",
+    );
+    let d = conceal(ON_PENDULUM, 306, &truth);
+    names(&d, "lugre_friction", "q", &[("coulomb", 0.06), ("travel", 0.06)]);
+}
+
+#[test]
+fn an_upper_tank_that_spills_into_the_lower_one() {
+    let truth = effect("spill", "h1", "other = \"h2\"\nrate = 0.3\nposition = 0.8\nshare = 0.6");
+    let d = conceal(ON_TANKS, 308, &truth);
+    names(&d, "spill", "h1", &[("position", 0.8), ("share", 0.6)]);
+    assert_eq!(d.findings[0].other.as_deref(), Some("h2"));
+}
+
+#[test]
+fn a_sensor_that_shows_nothing_near_zero() {
+    let truth = effect("sensor_dead_zone", "q", "half_width = 0.05");
+    let bench = ON_PENDULUM;
+    let truth = bench.truth(&truth);
+    let mut recordings = bench.record(&bench.model(), 309, 3);
+    for r in &mut recordings {
+        let seen = truth.observed(0, &r.time, r.columns[1].values.clone());
+        r.columns[1].values = seen;
+    }
+    let d = diagnosed(&bench.model(), &recordings).diagnosis;
+    assert_eq!(d.verdict, Verdict::SensorFault, "{:?}", d.findings);
+    assert_eq!(d.findings[0].class, "sensor_dead_zone");
+    let width = &d.findings[0].parameters["half_width"];
+    assert!((width.value - 0.05).abs() < 4.0 * width.std + 1e-3, "{width:?}");
+}

@@ -1,0 +1,62 @@
+//! Dry friction that depends on position: `-(magnitude + slope q) tanh(v / smoothing_velocity)`.
+//!
+//! `magnitude` is the friction where the coordinate is 0, and `slope` what it gains on the way: a
+//! belt that is tighter at one end, a lip that rubs harder there. Friction it is where
+//! `magnitude + slope q` is not negative.
+
+use crate::dry_friction::{
+    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+};
+use crate::{
+    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
+    Scales, Variable,
+};
+
+pub(crate) static EFFECT: Effect = Effect {
+    class: "position_friction",
+    words: "dry friction that depends on position",
+    formula: "-(magnitude + slope q) tanh(v / smoothing_velocity)",
+    parameters: &[
+        Parameter::new("magnitude", Dimension::FORCE, Range::Any),
+        Parameter::new("slope", Dimension::new(1, -1, 0), Range::Any),
+        SMOOTHING_VELOCITY,
+    ],
+    depends_on: &[Variable::Coordinate, Variable::Velocity],
+    acts: Acts::Coordinates,
+    law: Law::Force(&PositionFriction),
+    priors,
+    shapes,
+    nature: Nature {
+        kin: Some(Kin {
+            family: &FAMILY,
+            shared: |p| shared(p[0], 0.0, p[2]),
+            begun: |s, _| vec![vec![s[0], 0.0, s[2]]],
+        }),
+        ..Nature::PLAIN
+    },
+};
+
+#[derive(Debug)]
+struct PositionFriction;
+
+impl ForceLaw for PositionFriction {
+    fn amplitudes(&self) -> usize {
+        2
+    }
+
+    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        let sign = smooth_sign(at.v(), shape[0]);
+        [-sign, -at.q() * sign]
+    }
+}
+
+/// The friction at 0 may lie outside the range of the coordinate, as far as the slope takes it.
+fn priors(scales: &Scales) -> Vec<Prior> {
+    let slope = scales.force / scales.half_range();
+    let at_zero = scales.force + slope * scales.centre().abs();
+    vec![Prior::amplitude(at_zero), Prior::amplitude(slope), smoothing_prior(scales)]
+}
+
+fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    smoothing_velocities(scales).map(|v_s| vec![v_s]).to_vec()
+}
