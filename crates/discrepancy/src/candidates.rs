@@ -61,7 +61,9 @@ pub fn candidates(model: &Model, sensors: &[usize]) -> Vec<Candidate> {
     }
     let present = |c: &Candidate| {
         model.effects.iter().any(|e| {
-            e.effect.class == c.effect.class && e.channel == c.channel && e.other == c.other
+            let (here, there) = ((e.channel, e.other), (c.channel, c.other));
+            let reversed = e.other.map(|o| (o, Some(e.channel))).filter(|_| e.effect.is_mutual());
+            e.effect.class == c.effect.class && (here == there || reversed == Some(there))
         })
     };
     out.retain(|c| !present(c));
@@ -76,7 +78,8 @@ fn acts_on(effect: &Effect, model: &Model, channel: usize) -> bool {
     }
 }
 
-/// The other channels of a coupling; a spring between two channels counts once.
+/// The other channels of a coupling; a spring between two channels counts once, as one of the later:
+/// models begin with what is driven.
 fn partners(
     effect: &'static Effect,
     channel: usize,
@@ -84,7 +87,7 @@ fn partners(
 ) -> impl Iterator<Item = Option<usize>> {
     let others: Vec<_> = if effect.couples() {
         let fits = |o: &usize| {
-            *o != channel && (!effect.is_mutual() || *o > channel) && acts_on(effect, model, *o)
+            *o != channel && (!effect.is_mutual() || *o < channel) && acts_on(effect, model, *o)
         };
         (0..model.channels()).filter(fits).map(Some).collect()
     } else {

@@ -112,6 +112,9 @@ pub enum ProofOutcome {
 pub struct Finding {
     /// Class of the catalogue.
     pub class: String,
+    /// The law as it stands in the augmented model, where that is a variation of the class.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<String>,
     /// Channel (or input) it acts on.
     pub channel: String,
     /// The other channel of a coupling.

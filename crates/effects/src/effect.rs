@@ -31,6 +31,12 @@ pub struct Effect {
 }
 
 impl Effect {
+    /// The class that a diagnosis names: its own, or that whose law it is in another formula.
+    #[must_use]
+    pub fn named_class(&self) -> &'static str {
+        self.nature.variation_of.unwrap_or(self.class)
+    }
+
     /// Whether it names another channel: one that it depends on, or acts on as well.
     #[must_use]
     pub fn couples(&self) -> bool {
@@ -58,6 +64,8 @@ impl Effect {
 pub struct Nature {
     /// The family of laws of which a channel has one at most.
     pub kin: Option<Kin>,
+    /// The class whose law it is in another formula: what is told of it is that class.
+    pub variation_of: Option<&'static str>,
     /// Whether it is nothing on one side of an edge, so that it acts wherever it is not 0.
     pub edge: bool,
     /// The parameter that is the time at which it begins, if it does.
@@ -72,6 +80,7 @@ impl Nature {
     /// No family, no edge, no beginning; memory begins within a quarter of the range.
     pub const PLAIN: Self = Self {
         kin: None,
+        variation_of: None,
         edge: false,
         onset: None,
         ideal: &[0.0],

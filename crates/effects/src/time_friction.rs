@@ -34,6 +34,7 @@ pub(crate) static EFFECT: Effect = Effect {
             shared: |p| shared(0.5 * (p[0] + p[1]), 0.0, p[3]),
             begun,
         }),
+        variation_of: Some("coulomb_friction"),
         ..Nature::PLAIN
     },
 };

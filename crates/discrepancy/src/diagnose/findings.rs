@@ -60,7 +60,8 @@ impl Ladder<'_> {
         }
         let onset = e.effect.nature.onset.and_then(|name| parameters.get(name));
         Finding {
-            class: e.effect.class.to_owned(),
+            class: e.effect.named_class().to_owned(),
+            law: e.effect.nature.variation_of.map(|_| e.effect.class.to_owned()),
             depends_on: self.variables(e),
             region: self.region(e, curve.as_ref(), motion),
             time: onset.map(|t| t.value),
@@ -87,7 +88,7 @@ impl Ladder<'_> {
             .zip(of_rivals)
             .filter(|(_, probability)| *probability > WORTH_A_WORD)
             .map(|(Rival { candidate: c, behind, .. }, probability)| Alternative {
-                class: c.effect.class.to_owned(),
+                class: c.effect.named_class().to_owned(),
                 channel: model.effect_channel_name(c.effect, c.channel).to_owned(),
                 probability,
                 behind: *behind,

@@ -57,7 +57,8 @@ fn friction_that_warms_up() {
     );
     let d = conceal(ON_PENDULUM, 304, &truth);
     let numbers = [("initial", 0.12), ("final", 0.04), ("time_constant", 2.5)];
-    names(&d, "time_friction", "q", &numbers);
+    names(&d, "coulomb_friction", "q", &numbers);
+    assert_eq!(d.findings[0].law.as_deref(), Some("time_friction"));
     assert_eq!(d.findings[0].depends_on, ["dq", "t"]);
 }
 

@@ -52,6 +52,7 @@ fn lawless(variable: &str, unit: &str) -> Curve {
 pub fn missing() -> Diagnosis {
     let finding = Finding {
         class: "coulomb_friction".into(),
+        law: None,
         channel: "q".into(),
         other: None,
         depends_on: vec!["dq".into()],

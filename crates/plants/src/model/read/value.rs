@@ -52,12 +52,8 @@ fn factor(written: &str, unit: &str) -> Result<f64, String> {
     if same_unit(written, unit) {
         return Ok(1.0);
     }
-    let expected = Unit::parse(unit).map_err(|_| {
-        format!(
-            "here it must be in {unit}, which cannot be converted; where the unit of a force is not \
-             known, give units to the parameters and inputs, or force_unit to the coordinate"
-        )
-    })?;
+    // Where nothing says what unit the equations are in, the one that is written is believed.
+    let Ok(expected) = Unit::parse(unit) else { return Ok(1.0) };
     let written = Unit::parse(written).map_err(|e| format!("here it must be in {unit}: {e}"))?;
     convert_factor(&written, &expected).map_err(|e| format!("here it must be in {unit}: {e}"))
 }
