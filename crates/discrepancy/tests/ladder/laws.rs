@@ -20,8 +20,8 @@ fn play_in_the_joint_of_two_masses() {
     let truth =
         effect("transmission_backlash", "x1", "other = \"x2\"\nstiffness = 300\ngap = 0.02");
     let d = conceal(stiff(), 301, &truth);
-    names(&d, "transmission_backlash", "x1", &[("gap", 0.02)]);
-    assert_eq!(d.findings[0].other.as_deref(), Some("x2"));
+    names(&d, "transmission_backlash", "x2", &[("gap", 0.02)]);
+    assert_eq!(d.findings[0].other.as_deref(), Some("x1"));
     assert_eq!(d.findings[0].parameters["gap"].unit, "m");
 }
 
@@ -33,7 +33,7 @@ fn a_joint_of_two_masses_that_rubs() {
         "other = \"x2\"\nmagnitude = 0.5\nsmoothing_velocity = 0.01",
     );
     let d = conceal(ON_TWO_MASS, 302, &truth);
-    names(&d, "coupling_friction", "x1", &[("magnitude", 0.5)]);
+    names(&d, "coupling_friction", "x2", &[("magnitude", 0.5)]);
 }
 
 #[test]
