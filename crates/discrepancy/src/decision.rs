@@ -15,8 +15,8 @@ pub struct Decision {
     /// one. Less is a draw, and the simpler or earlier one stays.
     pub tie: f64,
     /// Mean square, in units of the noise, by which predictions must change to be worth a word: a
-    /// twentieth of the noise, squared, to which the integration of the search is exact. And the least share of
-    /// a mismatch that an effect beside others must say: no formula is better than that.
+    /// twentieth of the noise, squared, to which the integration of the search is exact. And the
+    /// least share of a mismatch that an effect beside others must say: no formula is better.
     pub relevant: f64,
     /// Mean square residual, in units of the noise, up to which what is left is noise: its standard
     /// deviation is known to a few hundredths.

@@ -34,7 +34,7 @@ impl Effect {
     /// The class that a diagnosis names: its own, or that whose law it is in another formula.
     #[must_use]
     pub fn named_class(&self) -> &'static str {
-        self.nature.variation_of.unwrap_or(self.class)
+        self.nature.variation_of.map_or(self.class, |of| of.class)
     }
 
     /// Whether it names another channel: one that it depends on, or acts on as well.
@@ -64,8 +64,8 @@ impl Effect {
 pub struct Nature {
     /// The family of laws of which a channel has one at most.
     pub kin: Option<Kin>,
-    /// The class whose law it is in another formula: what is told of it is that class.
-    pub variation_of: Option<&'static str>,
+    /// The effect whose law it is in another formula: what is told of it is that one's class.
+    pub variation_of: Option<&'static Effect>,
     /// Whether it is nothing on one side of an edge, so that it acts wherever it is not 0.
     pub edge: bool,
     /// The parameter that is the time at which it begins, if it does.

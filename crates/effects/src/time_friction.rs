@@ -9,7 +9,7 @@ use crate::dry_friction::{
 };
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable,
+    Scales, Variable, coulomb_friction,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -34,7 +34,7 @@ pub(crate) static EFFECT: Effect = Effect {
             shared: |p| shared(0.5 * (p[0] + p[1]), 0.0, p[3]),
             begun,
         }),
-        variation_of: Some("coulomb_friction"),
+        variation_of: Some(&coulomb_friction::EFFECT),
         ..Nature::PLAIN
     },
 };

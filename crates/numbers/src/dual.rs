@@ -24,6 +24,16 @@ impl Dual {
         Self { value, tangent }
     }
 
+    /// Entry `entry` of many, where those from `first` on are carried along: itself a direction, if
+    /// it is one of them.
+    #[must_use]
+    pub fn among(value: f64, entry: usize, first: usize) -> Self {
+        match entry.wrapping_sub(first) {
+            lane if lane < LANES => Self::direction(value, lane),
+            _ => Self::constant(value),
+        }
+    }
+
     /// `value` with the tangent `a self' + b other'`.
     #[inline(always)]
     fn blend(self, value: f64, a: f64, other: Self, b: f64) -> Self {

@@ -7,7 +7,7 @@ use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_numbers::Number;
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, System};
+use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, System, sensed};
 
 /// A hypothesis on one recording in one kind of number.
 pub(super) struct Chain<'p, T: Number> {
@@ -96,9 +96,7 @@ impl<T: Number> Chain<'_, T> {
     fn sense(&self, times: &[f64], out: &mut [Vec<T>]) {
         for (series, output) in out.iter_mut().zip(&self.run.problem.dataset.outputs) {
             let Measured::State(state) = output.of else { continue };
-            for sensor in self.sensors.iter().filter(|s| s.channel == state) {
-                *series = sensor.applied(times, series);
-            }
+            *series = sensed(&self.sensors, state, times, std::mem::take(series));
         }
     }
 }
@@ -115,15 +113,11 @@ fn sensed_last<T: Number>(
 ) -> T {
     let last = series[series.len() - 1];
     let Measured::State(state) = of else { return last };
-    let mut own = sensors.iter().filter(|s| s.channel == state).peekable();
-    if own.peek().is_none() {
+    if sensors.iter().all(|s| s.channel != state) {
         return last;
     }
     let from = series.len().saturating_sub(REMEMBERED);
-    let mut tail = series[from..].to_vec();
-    for sensor in own {
-        tail = sensor.applied(&times[from..series.len()], &tail);
-    }
+    let tail = sensed(sensors, state, &times[from..series.len()], series[from..].to_vec());
     tail[tail.len() - 1]
 }
 

@@ -116,14 +116,13 @@ impl Windowed {
             let own = &marked[first..first + windows.len()];
             first += own.len();
             let whole = !starts.memory.is_empty() && own.contains(&true);
-            let mut stays = own.iter().map(|marked| whole || *marked);
-            windows.retain(|_| stays.next().unwrap_or(false));
-            let mut stays = own.iter().map(|marked| whole || *marked);
-            starts.machine.retain(|_| stays.next().unwrap_or(false));
+            let stays: Vec<usize> = (0..own.len()).filter(|&k| whole || own[k]).collect();
+            *windows = stays.iter().map(|&k| windows[k].clone()).collect();
+            starts.machine = stays.iter().map(|&k| starts.machine[k].clone()).collect();
             if windows.is_empty() {
                 starts.memory.clear();
             }
-            silent.extend(own.iter().filter(|marked| whole || **marked).map(|marked| !marked));
+            silent.extend(stays.iter().map(|&k| !own[k]));
         }
         (part, silent)
     }

@@ -247,8 +247,7 @@ impl Chunk {
     }
 
     fn seed(&self, value: f64, entry: usize) -> Dual {
-        let lane = entry.wrapping_sub(self.first);
-        if lane < LANES { Dual::direction(value, lane) } else { Dual::constant(value) }
+        Dual::among(value, entry, self.first)
     }
 }
 

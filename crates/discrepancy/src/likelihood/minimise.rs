@@ -212,8 +212,8 @@ impl<'p> Minimisation<'p> {
         let Windowed { windows, starts, .. } = &self.windowed;
         let mut pieces = vec![];
         for (r, (windows, starts)) in windows.iter().zip(starts).enumerate() {
-            let length = windows.len().div_ceil(PIECES).max(1);
-            let length = if starts.memory.is_empty() { length } else { windows.len().max(1) };
+            let most = if starts.memory.is_empty() { PIECES } else { 1 };
+            let length = windows.len().div_ceil(most).max(1);
             let filters = self.filters.get(r).map_or(&[][..], Vec::as_slice);
             for (k, w) in windows.chunks(length).enumerate() {
                 let range = k * length..k * length + w.len();

@@ -40,7 +40,8 @@ pub struct Problem<'a> {
     channels: Vec<Scales>,
     /// Magnitudes of each input.
     inputs: Vec<Scales>,
-    /// Magnitudes of the differences of every two force channels ([`Scales::apart`]).
+    /// Magnitudes of the differences of each force channel and those before it
+    /// ([`Scales::apart`]).
     apart: Vec<Vec<(f64, f64)>>,
     /// Noise that each input shows.
     input_noise: Vec<f64>,
@@ -86,9 +87,8 @@ impl<'a> Problem<'a> {
         }
         super::hidden::follow(&mut this)?;
         this.channels = this.channel_scales();
-        let channels = 0..model.channels();
-        let beside = |c: usize| channels.clone().map(|o| this.differences(c, o)).collect();
-        this.apart = channels.clone().map(beside).collect();
+        let before = |c: usize| (0..c).map(|o| this.differences(c, o)).collect();
+        this.apart = (0..model.channels()).map(before).collect();
         this.inputs = (0..model.inputs.len()).map(|j| this.input_scales(j)).collect();
         Ok(this)
     }
@@ -116,7 +116,7 @@ impl<'a> Problem<'a> {
                 if let Some(o) = other {
                     let s = &self.channels[o];
                     scales.other = (s.half_range(), s.v, s.force);
-                    scales.apart = self.apart[channel][o];
+                    scales.apart = self.apart[channel.max(o)][channel.min(o)];
                 }
                 scales
             }

@@ -218,10 +218,7 @@ impl Lanes<'_> {
         let (chain, slopes) = (self.chain(), self.slopes());
         let Run { problem, windows, starts, filters, .. } = *self.run;
         let machine = problem.model.machine_states();
-        let seed = |value: f64, entry: usize| match self.lane(entry) {
-            Some(lane) => Dual::direction(value, lane),
-            None => Dual::constant(value),
-        };
+        let seed = |value: f64, entry: usize| Dual::among(value, entry, self.lanes.start);
         let memory = starts.memory.iter().enumerate();
         let mut memory: Vec<Dual> = memory.map(|(i, &z)| seed(z, machine + i)).collect();
         let mut all = Vec::with_capacity(windows.len());

@@ -5,12 +5,14 @@
 //! ```
 
 use super::state::{self, Runner};
-use super::{Prediction, Series, substeps, until_diverged};
+use super::{Prediction, Series, substeps};
 use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
 use lacuna_occupation::{IdentifiedModel, InputPath};
 use lacuna_plants::model::Measured;
-use lacuna_plants::{Hold, Input, Plant, SampledInput, SmoothInput, rk4};
+use lacuna_plants::{
+    Hold, Input, Plant, SampledInput, SimulationError, SmoothInput, Trajectory, rk4,
+};
 use lacuna_recordings::{Prior, Sampling, Smoother};
 use std::ops::Range;
 
@@ -141,6 +143,22 @@ impl Driving<'_> {
             reached.chain(std::iter::repeat(f64::NAN)).take(times.len()).collect()
         };
         self.predictor.dataset.outputs.iter().map(|o| series(o.of)).collect()
+    }
+}
+
+/// States, row after row, of as many samples as a run reaches before it diverges, and their number.
+fn until_diverged(
+    times: &[f64],
+    simulate: impl Fn(usize) -> Result<Trajectory, SimulationError>,
+) -> (Vec<f64>, usize) {
+    let reached = match simulate(times.len()) {
+        Ok(trajectory) => return (trajectory.states, times.len()),
+        Err(SimulationError::Diverged { time, .. }) => times.partition_point(|&t| t < time),
+        Err(_) => return (vec![], 0),
+    };
+    match simulate(reached) {
+        Ok(trajectory) => (trajectory.states, reached),
+        Err(_) => (vec![], 0),
     }
 }
 

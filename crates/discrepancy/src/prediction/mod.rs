@@ -11,7 +11,6 @@ pub use identified::IdentifiedPredictor;
 pub use model::Predictor;
 
 use crate::dataset::Observed;
-use lacuna_plants::{SimulationError, Trajectory};
 use std::ops::Range;
 
 /// Series of each output.
@@ -86,20 +85,4 @@ pub fn windows(times: &[f64], horizon: f64) -> Vec<Range<usize>> {
         }
     }
     out
-}
-
-/// States, row after row, of as many samples as a run reaches before it diverges, and their number.
-fn until_diverged(
-    times: &[f64],
-    simulate: impl Fn(usize) -> Result<Trajectory, SimulationError>,
-) -> (Vec<f64>, usize) {
-    let reached = match simulate(times.len()) {
-        Ok(trajectory) => return (trajectory.states, times.len()),
-        Err(SimulationError::Diverged { time, .. }) => times.partition_point(|&t| t < time),
-        Err(_) => return (vec![], 0),
-    };
-    match simulate(reached) {
-        Ok(trajectory) => (trajectory.states, reached),
-        Err(_) => (vec![], 0),
-    }
 }

@@ -5,8 +5,8 @@ use super::{Prediction, Series, substeps};
 use crate::dataset::{Dataset, Observed};
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect};
-use lacuna_plants::{Hold, Model, System};
+use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect, sensed};
+use lacuna_plants::{Model, System};
 use std::ops::Range;
 
 /// A model, ready to predict the outputs of a dataset.
@@ -132,16 +132,15 @@ impl<'a> Predictor<'a> {
             if k + 1 == range.end {
                 break;
             }
-            let after = if self.model.hold == Hold::Linear { k + 1 } else { k };
-            next.iter_mut().zip(input(after)).for_each(|(u, given)| *u = given);
+            next.iter_mut()
+                .zip(input(self.model.hold.end_of_step(k)))
+                .for_each(|(u, given)| *u = given);
             let span = (times[at], times[at + 1]);
             model.system.advance(&mut workspace, span, (&here, &next), substeps, state);
         }
         for (series, output) in outputs.iter_mut().zip(&self.dataset.outputs) {
             let Measured::State(entry) = output.of else { continue };
-            for sensor in model.sensors.iter().filter(|s| s.channel == entry) {
-                *series = sensor.applied(times, series);
-            }
+            *series = sensed(&model.sensors, entry, times, std::mem::take(series));
         }
         outputs
     }
@@ -208,12 +207,9 @@ impl Runner for Driving<'_, '_> {
     }
 
     /// Exact: the entries of the state in the lanes of dual numbers.
-    fn run_along(&self, range: Range<usize>, x0: &[f64]) -> Vec<Series> {
+    fn run_along(&self, range: Range<usize>, x0: &[f64], _here: &Series) -> Vec<Series> {
         let along = |first: usize| {
-            let seed = |(i, x): (usize, &f64)| match i.wrapping_sub(first) {
-                lane if lane < LANES => Dual::direction(*x, lane),
-                _ => Dual::constant(*x),
-            };
+            let seed = |(i, x): (usize, &f64)| Dual::among(*x, i, first);
             let mut state: Vec<Dual> = x0.iter().enumerate().map(seed).collect();
             let steps = (range.clone(), self.predictor.substeps);
             let outputs = self.predictor.run(&self.dual, self.driven, steps, &mut state);

@@ -19,9 +19,9 @@ pub(super) trait Runner {
     /// Outputs over `range` from the whole state `x0`; NaN from where the model diverges.
     fn run(&self, range: Range<usize>, x0: &[f64]) -> Series;
 
-    /// Derivatives of those outputs by each entry of `x0`, here by forward differences.
-    fn run_along(&self, range: Range<usize>, x0: &[f64]) -> Vec<Series> {
-        let here = self.run(range.clone(), x0);
+    /// Derivatives of those outputs, which are `here`, by each entry of `x0`: by forward differences
+    /// where a runner knows no better.
+    fn run_along(&self, range: Range<usize>, x0: &[f64], here: &Series) -> Vec<Series> {
         let by = |i: usize| {
             let mut moved = x0.to_vec();
             let h = state_step(x0[i]);
@@ -36,14 +36,19 @@ pub(super) trait Runner {
     }
 }
 
+/// Damping with which a fit begins; what the derivatives promise with no more is what the optimum
+/// is below.
+const BELIEVED: f64 = 1e-3;
+
 /// The state (memory of effects included) at the beginning of `range` that fits its samples best
 /// (Levenberg-Marquardt on the state alone).
 pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>) -> Vec<f64> {
     let mut x = runner.guess(range.start);
-    let mut rest = residual(runner, &range, &x);
-    let mut damping = 1e-3;
+    let mut here = runner.run(range.clone(), &x);
+    let mut rest = residual(runner, &range, &here);
+    let mut damping = BELIEVED;
     for _ in 0..20 {
-        let jacobian = jacobian(runner, &range, &x);
+        let jacobian = jacobian(runner, &range, &x, &here);
         let gradient = jacobian.tr_mul(&rest);
         let normal = jacobian.tr_mul(&jacobian);
         let before = rest.norm_squared();
@@ -51,14 +56,14 @@ pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>) -> Vec<f64> {
         let mut improved = false;
         for attempt in 0..8 {
             let Some(step) = damped_step(&normal, &gradient, damping) else { break };
-            // What the derivatives promise, little damped, is what the optimum is below.
-            if attempt == 0 && damping <= 1e-3 && gradient.dot(&step) < least {
+            if attempt == 0 && damping <= BELIEVED && gradient.dot(&step) < least {
                 break;
             }
             let candidate: Vec<f64> = x.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
-            let trial = residual(runner, &range, &candidate);
+            let there = runner.run(range.clone(), &candidate);
+            let trial = residual(runner, &range, &there);
             if trial.norm_squared() < before {
-                (x, rest) = (candidate, trial);
+                (x, here, rest) = (candidate, there, trial);
                 damping = (damping * 0.1).max(1e-9);
                 improved = true;
                 break;
@@ -74,35 +79,38 @@ pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>) -> Vec<f64> {
 
 /// Weighted residual over a range; a large finite number where the model diverges, so
 /// that the fit can still compare.
-pub(super) fn residual(runner: &impl Runner, range: &Range<usize>, x: &[f64]) -> DVector<f64> {
-    let predicted = runner.run(range.clone(), x);
+fn residual(runner: &impl Runner, range: &Range<usize>, predicted: &Series) -> DVector<f64> {
+    weighted(runner, range, predicted, |y, p, weight| {
+        let e = (y - p) * weight;
+        if e.is_finite() { e.clamp(-1e6, 1e6) } else { 1e6 }
+    })
+}
+
+/// Derivative of the weighted prediction, which is `here`, with respect to the state at the
+/// beginning; 0 where the model has diverged.
+fn jacobian(runner: &impl Runner, range: &Range<usize>, x: &[f64], here: &Series) -> DMatrix<f64> {
+    let slope = |_, d: f64, weight: f64| if d.is_finite() { d * weight } else { 0.0 };
+    let all = runner.run_along(range.clone(), x, here);
+    let columns: Vec<_> = all.iter().map(|by| weighted(runner, range, by, slope)).collect();
+    DMatrix::from_columns(&columns)
+}
+
+/// Something of each measured sample of a range, output by output: of what was measured, of what
+/// `series` has there, and of the output's weight.
+fn weighted(
+    runner: &impl Runner,
+    range: &Range<usize>,
+    series: &Series,
+    of: impl Fn(f64, f64, f64) -> f64,
+) -> DVector<f64> {
     let mut out = Vec::new();
-    for (k, series) in predicted.iter().enumerate() {
+    for (k, series) in series.iter().enumerate() {
         let measured = &runner.observed().outputs[k][range.clone()];
-        for (y, p) in measured.iter().zip(series).filter(|(y, _)| y.is_finite()) {
-            let e = (y - p) * runner.weights()[k];
-            out.push(if e.is_finite() { e.clamp(-1e6, 1e6) } else { 1e6 });
+        for (y, value) in measured.iter().zip(series).filter(|(y, _)| y.is_finite()) {
+            out.push(of(*y, *value, runner.weights()[k]));
         }
     }
     DVector::from_vec(out)
-}
-
-/// Derivative of the weighted prediction with respect to the state at the beginning; 0 where the
-/// model has diverged.
-fn jacobian(runner: &impl Runner, range: &Range<usize>, x: &[f64]) -> DMatrix<f64> {
-    let column = |by: Series| {
-        let mut out = Vec::new();
-        for (k, series) in by.iter().enumerate() {
-            let measured = &runner.observed().outputs[k][range.clone()];
-            for (_, d) in measured.iter().zip(series).filter(|(y, _)| y.is_finite()) {
-                let d = d * runner.weights()[k];
-                out.push(if d.is_finite() { d } else { 0.0 });
-            }
-        }
-        DVector::from_vec(out)
-    };
-    let columns: Vec<_> = runner.run_along(range.clone(), x).into_iter().map(column).collect();
-    DMatrix::from_columns(&columns)
 }
 
 /// A run to the end from the state that fits the first `warmup` samples, which do not
@@ -143,6 +151,6 @@ fn damped_step(
 }
 
 /// Step of a forward difference with respect to a state.
-pub(crate) fn state_step(x: f64) -> f64 {
+fn state_step(x: f64) -> f64 {
     1e-6 * (1e-2 + x.abs())
 }

@@ -18,7 +18,7 @@ pub use builder::{BuildError, Builder};
 pub use error::{ModelError, Place};
 pub use name::NameError;
 pub use observation::Observation;
-pub use series::{SeriesEffect, effective_inputs};
+pub use series::{SeriesEffect, effective_inputs, sensed};
 pub use system::{Direction, Step, System, Workspace};
 pub use units::{SaidUnit, same_unit};
 pub use write::{Augmentation, NewEffect};
@@ -280,8 +280,6 @@ impl Model {
     /// What the sensors make of an entry of the machine's state.
     #[must_use]
     pub fn observed(&self, state: usize, times: &[f64], truth: Vec<f64>) -> Vec<f64> {
-        let sensors = SeriesEffect::sensors(&self.effects).into_iter();
-        let own = sensors.filter(|e| e.channel == state);
-        own.fold(truth, |series, e| e.applied(times, &series))
+        sensed(&SeriesEffect::sensors(&self.effects), state, times, truth)
     }
 }

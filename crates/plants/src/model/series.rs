@@ -84,6 +84,18 @@ impl<T: Number> SeriesEffect<T> {
     }
 }
 
+/// What those sensors among some that measure an entry of the machine's state make of its series.
+#[must_use]
+pub fn sensed<T: Number>(
+    sensors: &[SeriesEffect<T>],
+    state: usize,
+    times: &[f64],
+    series: Vec<T>,
+) -> Vec<T> {
+    let own = sensors.iter().filter(|s| s.channel == state);
+    own.fold(series, |series, sensor| sensor.applied(times, &series))
+}
+
 /// What input effects make of the commands to `m` actuators (row-major).
 #[must_use]
 pub fn effective_inputs<T: Number>(

@@ -12,6 +12,7 @@ use std::ops::Range;
 const LONGEST_GAP: usize = 10;
 /// Shortest stretch without a longer gap that is used, in rows.
 const FEWEST_ROWS: usize = 30;
+
 /// Noise standard deviations of the channels and of the velocities that are measured.
 pub struct Noise {
     pub channels: Vec<f64>,
