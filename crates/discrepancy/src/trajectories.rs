@@ -2,7 +2,7 @@
 
 use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
-use lacuna_effects::{AnyForceLaw, At, Channel, ForceLawIn};
+use lacuna_effects::{AnyForceLaw, At, Channel};
 use lacuna_plants::{Model, Plant, System};
 use lacuna_recordings::{Prior, Smoother};
 
@@ -160,67 +160,17 @@ impl SmoothedRecording {
         shape: &[f64],
         channels: &[Channel],
     ) -> Vec<Vec<f64>> {
-        let mut series = vec![vec![0.0; self.len()]; law.amplitudes()];
-        let mut basis = vec![0.0; law.amplitudes()];
         let mut memory = vec![0.0; law.memory()];
         law.memory_at_rest(&self.at(channels, 0), &mut memory);
-        let mut between = Between::new(self.width, memory.len());
-        for k in 0..self.len() {
-            let at = At { memory: &memory, ..self.at(channels, k) };
-            law.plain().along(shape, &at, &mut basis);
-            for (series, value) in series.iter_mut().zip(&basis) {
-                series[k] = *value;
-            }
-            if k + 1 < self.len() && !memory.is_empty() {
-                let (from, to) = (self.at(channels, k), self.at(channels, k + 1));
-                between.advance(law.plain(), shape, (&from, &to), &mut memory);
-            }
-        }
+        let motion = self.seen(channels, &memory);
+        let mut series = vec![Vec::with_capacity(self.len()); law.amplitudes()];
+        law.plain().series(shape, &motion, &mut series);
         series
     }
-}
 
-/// Room to integrate a law's memory in between two samples.
-struct Between {
-    state: Vec<f64>,
-    rate: Vec<f64>,
-    middle: Vec<f64>,
-}
-
-impl Between {
-    fn new(width: usize, memory: usize) -> Self {
-        Self { state: vec![0.0; width], rate: vec![0.0; memory], middle: vec![0.0; memory] }
-    }
-
-    /// Integrate a law's memory from one sample to the next by the midpoint rule, the motion
-    /// between them along a straight line.
-    fn advance(
-        &mut self,
-        law: &dyn ForceLawIn<f64>,
-        shape: &[f64],
-        (from, to): (&At, &At),
-        memory: &mut [f64],
-    ) {
-        const STEPS: usize = 4;
-        let Self { state, rate, middle } = self;
-        let mut rate_at = |share: f64, memory: &[f64], rate: &mut [f64]| {
-            for (x, (a, b)) in state.iter_mut().zip(from.state.iter().zip(to.state)) {
-                *x = a + share * (b - a);
-            }
-            let t = from.t + share * (to.t - from.t);
-            law.memory_rate(shape, &At { t, state, memory, ..*from }, rate);
-        };
-        let h = (to.t - from.t) / STEPS as f64;
-        for k in 0..STEPS {
-            let begin = k as f64 / STEPS as f64;
-            rate_at(begin, memory, rate);
-            for (m, (z, r)) in middle.iter_mut().zip(memory.iter().zip(&*rate)) {
-                *m = z + 0.5 * h * r;
-            }
-            rate_at(begin + 0.5 / STEPS as f64, middle, rate);
-            for (z, r) in memory.iter_mut().zip(&*rate) {
-                *z += h * r;
-            }
-        }
+    /// What a force law sees at every sample, with this memory at the first.
+    #[must_use]
+    pub fn seen<'s>(&'s self, channels: &'s [Channel], memory: &'s [f64]) -> Vec<At<'s>> {
+        (0..self.len()).map(|k| At { memory, ..self.at(channels, k) }).collect()
     }
 }

@@ -94,6 +94,10 @@ pub trait ForceLawIn<T: Number>: Sync + Debug {
     /// The force per unit of each amplitude along a given motion, that of inertia included.
     fn along(&self, shape: &[T], at: &At<T>, basis: &mut [T]);
 
+    /// The same at every sample of a motion, one series an amplitude. Memory starts as it is at the
+    /// first sample and is integrated along the motion.
+    fn series(&self, shape: &[T], motion: &[At<T>], series: &mut [Vec<T>]);
+
     /// Time derivative of the memory.
     fn memory_rate(&self, shape: &[T], at: &At<T>, rate: &mut [T]);
 
@@ -118,12 +122,79 @@ impl<L: ForceLaw, T: Number> ForceLawIn<T> for L {
         }
     }
 
+    fn series(&self, shape: &[T], motion: &[At<T>], series: &mut [Vec<T>]) {
+        let Some(first) = motion.first() else { return };
+        let mut basis = vec![T::constant(0.0); series.len()];
+        let mut memory = Memory::beginning(first);
+        for (k, at) in motion.iter().enumerate() {
+            let at = At { memory: &memory.now, ..*at };
+            ForceLawIn::along(self, shape, &at, &mut basis);
+            series.iter_mut().zip(&basis).for_each(|(series, value)| series.push(*value));
+            if let Some(next) = motion.get(k + 1).filter(|_| !first.memory.is_empty()) {
+                memory.advance(self, shape, (&motion[k], next));
+            }
+        }
+    }
+
     fn memory_rate(&self, shape: &[T], at: &At<T>, rate: &mut [T]) {
         rate.copy_from_slice(ForceLaw::memory_rate(self, shape, at).as_ref());
     }
 
     fn passed_on(&self, shape: &[T]) -> T {
         ForceLaw::passed_on(self, shape)
+    }
+}
+
+/// A law's memory on its way along a motion.
+struct Memory<T> {
+    now: Vec<T>,
+    middle: Vec<T>,
+    rate: Vec<T>,
+    state: Vec<T>,
+}
+
+impl<T: Number> Memory<T> {
+    fn beginning(at: &At<T>) -> Self {
+        let room = || at.memory.to_vec();
+        Self { now: room(), middle: room(), rate: room(), state: at.state.to_vec() }
+    }
+
+    /// From one sample to the next by the midpoint rule.
+    #[inline(always)]
+    fn advance<L: ForceLaw + ?Sized>(&mut self, law: &L, shape: &[T], way: (&At<T>, &At<T>)) {
+        const STEPS: usize = 4;
+        let h = (way.1.t - way.0.t) / STEPS as f64;
+        for k in 0..STEPS {
+            let begin = k as f64 / STEPS as f64;
+            self.rate(law, shape, way, begin, false);
+            for (m, (z, r)) in self.middle.iter_mut().zip(self.now.iter().zip(&self.rate)) {
+                *m = *z + *r * (0.5 * h);
+            }
+            self.rate(law, shape, way, begin + 0.5 / STEPS as f64, true);
+            for (z, r) in self.now.iter_mut().zip(&self.rate) {
+                *z = *z + *r * h;
+            }
+        }
+    }
+
+    /// Its rate after a share of the way between two samples, along a straight line.
+    #[inline(always)]
+    fn rate<L: ForceLaw + ?Sized>(
+        &mut self,
+        law: &L,
+        shape: &[T],
+        (from, to): (&At<T>, &At<T>),
+        share: f64,
+        in_the_middle: bool,
+    ) {
+        let Self { now, middle, rate, state } = self;
+        for (x, (a, b)) in state.iter_mut().zip(from.state.iter().zip(to.state)) {
+            *x = *a + (*b - *a) * share;
+        }
+        let t = from.t + share * (to.t - from.t);
+        let memory = if in_the_middle { &*middle } else { &*now };
+        let at = At { t, state, memory, ..*from };
+        rate.copy_from_slice(law.memory_rate(shape, &at).as_ref());
     }
 }
 

@@ -1,6 +1,6 @@
 //! Numbers that carry their derivatives along.
 
-use crate::Number;
+use crate::{Linear, Number};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Directions that one evaluation carries along.
@@ -129,6 +129,10 @@ impl Div<f64> for Dual {
     fn div(self, divisor: f64) -> Self {
         self.along(self.value / divisor, 1.0 / divisor)
     }
+}
+
+impl Linear for Dual {
+    const ZERO: Self = Self { value: 0.0, tangent: [0.0; LANES] };
 }
 
 impl Number for Dual {

@@ -3,21 +3,25 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+/// What can be added and scaled: all that linear maps need to know.
+pub trait Linear: Copy + Add<Output = Self> + Mul<f64, Output = Self> {
+    /// Nothing.
+    const ZERO: Self;
+}
+
 /// What laws, expressions and equations of motion are evaluated in.
 pub trait Number:
-    Copy
+    Linear
     + Debug
     + Send
     + Sync
     + 'static
-    + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
     + Add<f64, Output = Self>
     + Sub<f64, Output = Self>
-    + Mul<f64, Output = Self>
     + Div<f64, Output = Self>
 {
     /// A number that does not depend on anything.
@@ -94,6 +98,10 @@ macro_rules! plainly {
             }
         )*
     };
+}
+
+impl Linear for f64 {
+    const ZERO: Self = 0.0;
 }
 
 impl Number for f64 {

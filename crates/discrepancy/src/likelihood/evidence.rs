@@ -77,6 +77,12 @@ impl Fit<'_> {
             - self.hypothesis.log_prior_mass()
     }
 
+    /// The same with what the fit's end still promises: where it was given up early.
+    #[must_use]
+    pub fn hope(&self, temperature: f64) -> f64 {
+        self.log_evidence(temperature) + 0.5 * self.promised / temperature
+    }
+
     /// Nats by which this fit is ahead of another in the same windows, both judged by what this
     /// one leaves.
     #[must_use]

@@ -12,8 +12,9 @@
 
 use super::Window;
 use super::covariance::Covariance;
+use super::lanes::Lanes;
 use crate::dataset::Observed;
-use lacuna_numbers::Number;
+use lacuna_numbers::Linear;
 
 /// Gains and whitening of one window, sample by sample.
 #[derive(Clone, Debug)]
@@ -116,17 +117,36 @@ impl Making {
 impl Filter {
     /// Move a state by the innovations (in units of the noise; 0 where nothing was measured) of
     /// the window's sample `at`.
-    pub(super) fn correct<T: Number>(&self, at: usize, innovations: &[T], state: &mut [T]) {
+    #[inline(always)]
+    pub(super) fn correct<T: Linear>(&self, at: usize, innovations: &[T], state: &mut [T]) {
         let (n, p) = (self.width, self.outputs);
         let gains = &self.gains[at * p * n..(at + 1) * p * n];
         let whiteners = &self.whiteners[at * p * p..(at + 1) * p * p];
         for (gain, row) in gains.chunks_exact(n).zip(whiteners.chunks_exact(p)) {
-            let mut z = T::constant(0.0);
+            let mut z = T::ZERO;
             for (nu, w) in innovations.iter().zip(row).filter(|(_, w)| **w != 0.0) {
                 z = z + *nu * *w;
             }
             for (x, g) in state.iter_mut().zip(gain) {
                 *x = *x + z * *g;
+            }
+        }
+    }
+
+    /// Whiten changes of the outputs at sample `at`, in units of the noise, several of each output;
+    /// what was not measured has none.
+    #[inline(always)]
+    pub(crate) fn whiten_sample<S: pulp::Simd>(&self, simd: S, at: usize, changes: &mut [Lanes]) {
+        let p = self.outputs;
+        let (whiteners, each) = (&self.whiteners[at * p * p..(at + 1) * p * p], changes.len() / p);
+        // From the last one on: those before it are still as they were.
+        for o in (0..p).rev() {
+            for g in 0..each {
+                let mut sum = Lanes::ZERO;
+                for (j, w) in whiteners[o * p..=o * p + o].iter().enumerate() {
+                    sum.add_scaled(simd, &changes[j * each + g], *w);
+                }
+                changes[o * each + g] = sum;
             }
         }
     }

@@ -49,6 +49,8 @@ pub struct Fit<'p> {
     pub residuals: Arc<[Vec<f64>]>,
     /// What is known of theta in units of its prior.
     pub precision: Precision,
+    /// By how much the misfit would yet fall if the residual were linear.
+    pub promised: f64,
     /// Why it went no further.
     pub end: End,
 }
@@ -177,11 +179,7 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn refit(&self, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {
-        let kept = common_memory(&self.hypothesis, &h);
-        let mut windowed = self.windowed.clone();
-        for starts in &mut windowed.starts {
-            starts.memory.truncate(kept);
-        }
+        let windowed = self.kept_memory(&h);
         let steps = self.problem.substeps(&h.parameters, &h.effects);
         minimise(self.problem, h, windowed, (self.noise.clone(), steps), effort)
     }
@@ -266,25 +264,69 @@ impl<'p> Fit<'p> {
     /// [`FitError`].
     pub fn predicted(&self, left_out: &[bool], effort: Effort) -> Result<Vec<Vec<f64>>, FitError> {
         let known: Vec<bool> = left_out.iter().map(|out| !out).collect();
-        let (moved, _) = self.in_part(self.hypothesis.clone(), &known, effort)?;
+        let own = self.hypothesis.clone();
+        let moved = self.in_part(own, &known, self.substeps, effort)?;
         let states = Effort { steps: 3, least: 0.3 };
-        let (fit, silent) = self.in_part(moved.hypothesis.held(), left_out, states)?;
-        let all = fit.residuals.iter().zip(&silent);
-        Ok(all.filter(|(_, silent)| !**silent).map(|(r, _)| r.clone()).collect())
+        let fit = self.in_part(moved.hypothesis.held(), left_out, self.substeps, states)?;
+        Ok(fit.residuals.to_vec())
     }
 
-    /// A fit in the windows that are marked; and which of the fit's own windows were run through
-    /// for their memory's sake alone.
+    /// Another hypothesis in a few of the windows, spread evenly: enough for a guess, whose states
+    /// elsewhere stay as they are.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn glimpse(&self, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {
+        /// Fewest windows, and one of how many at most.
+        const FEWEST: usize = 16;
+        const OF: usize = 4;
+        let count: usize = self.windowed.windows.iter().map(Vec::len).sum();
+        let every = (count / FEWEST).clamp(1, OF);
+        let marked: Vec<bool> = (0..count).map(|k| k % every == 0).collect();
+        let steps = self.problem.substeps(&h.parameters, &h.effects);
+        self.in_part(h, &marked, steps, effort)
+    }
+
+    /// Another hypothesis in the windows that are marked.
     fn in_part(
         &self,
         hypothesis: Hypothesis,
         marked: &[bool],
+        substeps: usize,
         effort: Effort,
-    ) -> Result<(Self, Vec<bool>), FitError> {
-        let (windowed, left_out) = self.windowed.part(marked);
-        let minimisation = Minimisation::new(self.problem, hypothesis, windowed, self.substeps);
-        let (noise, silent) = (self.noise.clone(), left_out.clone());
-        Ok((Minimisation { left_out, noise, ..minimisation }.run(effort)?, silent))
+    ) -> Result<Self, FitError> {
+        let windowed = self.kept_memory(&hypothesis).fitted_to(self.problem, &hypothesis);
+        let (windowed, left_out) = windowed.part(marked);
+        let minimisation = Minimisation::new(self.problem, hypothesis, windowed, substeps);
+        Minimisation { left_out, noise: self.noise.clone(), ..minimisation }.run(effort)
+    }
+
+    /// Whether this fit has all windows of another.
+    #[must_use]
+    pub fn has_windows_of(&self, other: &Self) -> bool {
+        let count = |f: &Self| f.windowed.windows.iter().map(Vec::len).sum::<usize>();
+        count(self) == count(other)
+    }
+
+    /// What another fit supposes, in the windows of this one, as well as the other follows its own.
+    #[must_use]
+    pub fn supposing(&self, other: &Self) -> Self {
+        if other.has_windows_of(self) {
+            return other.clone();
+        }
+        let windowed = self.kept_memory(&other.hypothesis);
+        let windowed = windowed.fitted_to(self.problem, &other.hypothesis);
+        Self { windowed, ..other.clone() }
+    }
+
+    /// The windows for another hypothesis: memory stays as far as effects are the same.
+    fn kept_memory(&self, h: &Hypothesis) -> Windowed {
+        let kept = common_memory(&self.hypothesis, h);
+        let mut windowed = self.windowed.clone();
+        for starts in &mut windowed.starts {
+            starts.memory.truncate(kept);
+        }
+        windowed
     }
 
     /// A run through the windows of each recording.

@@ -11,11 +11,13 @@
 use super::chain::Sensing;
 use super::end::Diverged;
 use super::filter::{Filter, Making};
+use super::lanes::Lanes;
 use super::sweep::Run;
 use super::{ProcessNoise, Window};
-use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_numbers::{Dual, LANES, Linear, Number};
 use lacuna_plants::dynamics::Bound;
 use lacuna_plants::model::{Direction, Measured, System, Workspace};
+use pulp::Simd;
 use std::ops::Range;
 
 /// A recording's maps from sample to sample.
@@ -49,6 +51,16 @@ pub enum Drive {
     Force(usize),
     /// A change of an input.
     Input(usize),
+}
+
+/// Small changes of a recording's motion, [`LANES`] of them side by side.
+pub struct Driven {
+    /// One value of each at every sample.
+    pub series: Vec<Lanes>,
+    /// Where they drive the motion, and each one's share of its value there.
+    pub places: Vec<(Drive, Lanes)>,
+    /// Outputs that show the values as they are.
+    pub seen: Vec<usize>,
 }
 
 impl Maps {
@@ -138,47 +150,65 @@ impl Maps {
         all
     }
 
-    /// Add to `out` (one series an output, as long as `range`) what driving with `drives` changes,
-    /// from no change at the beginning of the range; each drive gives its value at a sample of the
-    /// recording. A filter corrects for what it sees of that and of what `out` has already.
-    ///
-    /// All is linear: changes in the lanes of dual numbers are propagated side by side.
-    pub fn propagate<T: Number>(
+    /// What small changes make of the outputs in a range, from no change at its beginning: `visit`
+    /// is told the sample and, output by output, what each of the `driven` changes there, in units
+    /// of the noise; in units of the innovations' standard deviation where a filter corrects for
+    /// what it sees. All act in the same places.
+    #[inline(always)]
+    pub fn respond<S: Simd>(
         &self,
+        simd: S,
         range: &Range<usize>,
         filter: Option<&Filter>,
-        drives: &[(Drive, impl Fn(usize) -> T)],
-        out: &mut [Vec<T>],
+        driven: &[Driven],
+        mut visit: impl FnMut(usize, &[Lanes]),
     ) {
-        let (n, c, zero) = (self.width, self.columns, T::constant(0.0));
-        let (mut d, mut next) = (vec![zero; n], vec![zero; n]);
-        let mut seen = vec![zero; out.len()];
+        let (n, c, m, p) = (self.width, self.columns, driven.len(), self.entries.len());
+        let (mut d, mut next) = (vec![Lanes::ZERO; n * m], vec![Lanes::ZERO; n * m]);
+        let (mut y, mut seen) = (vec![Lanes::ZERO; p * m], vec![Lanes::ZERO; p]);
+        let mut own = vec![Lanes::ZERO; n];
         let inputs = self.inputs_from();
         let place = |drive: &Drive| match *drive {
             Drive::Force(channel) => n + channel,
             Drive::Input(j) => inputs + j,
         };
-        let places: Vec<usize> = drives.iter().map(|(drive, _)| place(drive)).collect();
+        let places: Vec<usize> = driven[0].places.iter().map(|(drive, _)| place(drive)).collect();
         for (at, k) in range.clone().enumerate() {
-            self.observe(k, &d, at, out);
-            if let Some(filter) = filter {
-                for (o, seen) in seen.iter_mut().enumerate() {
-                    // What the outputs change by is taken away from the innovations.
-                    *seen = out[o][at] * -self.weights[o];
-                }
-                filter.correct(at, &seen, &mut d);
-            }
             let map = self.step(k);
-            for (i, next) in next.iter_mut().enumerate() {
-                let row = &map[i * c..(i + 1) * c];
-                *next = row[..n].iter().zip(&d).fold(zero, |sum, (a, x)| sum + *x * *a);
-            }
-            for ((_, value), &p) in drives.iter().zip(&places) {
-                let value = value(k);
+            for (g, driven) in driven.iter().enumerate() {
+                let d = &mut d[g * n..(g + 1) * n];
+                self.observe(simd, k, d, |o, change| y[o * m + g] = change);
+                for &o in &driven.seen {
+                    y[o * m + g].add_scaled(simd, &driven.series[k], self.weights[o]);
+                }
+                if let Some(filter) = filter {
+                    for (o, seen) in seen.iter_mut().enumerate() {
+                        // What the outputs change by is taken away from the innovations.
+                        *seen = y[o * m + g] * -1.0;
+                    }
+                    own.copy_from_slice(d);
+                    filter.correct(at, &seen, &mut own);
+                    d.copy_from_slice(&own);
+                }
+                let next = &mut next[g * n..(g + 1) * n];
                 for (i, next) in next.iter_mut().enumerate() {
-                    *next = *next + value * map[i * c + p];
+                    let row = &map[i * c..(i + 1) * c];
+                    let mut sum = Lanes::ZERO;
+                    for (a, x) in row[..n].iter().zip(&*d) {
+                        sum.add_scaled(simd, x, *a);
+                    }
+                    for (&p, (_, share)) in places.iter().zip(&driven.places) {
+                        let mut force = Lanes::ZERO;
+                        force.add_product(simd, &driven.series[k], share);
+                        sum.add_scaled(simd, &force, row[p]);
+                    }
+                    *next = sum;
                 }
             }
+            if let Some(filter) = filter {
+                filter.whiten_sample(simd, at, &mut y);
+            }
+            visit(at, &y);
             std::mem::swap(&mut d, &mut next);
         }
     }
@@ -189,18 +219,22 @@ impl Maps {
         self.columns - self.inputs.len() / samples
     }
 
-    fn observe<T: Number>(&self, k: usize, d: &[T], at: usize, out: &mut [Vec<T>]) {
-        let count = out.len();
-        for (o, series) in out.iter_mut().enumerate() {
-            let change = match self.entries[o] {
-                Some(i) => d[i],
+    /// What each output sees of a change of the state at a sample, in units of its noise.
+    #[inline(always)]
+    fn observe<S: Simd>(&self, simd: S, k: usize, d: &[Lanes], mut each: impl FnMut(usize, Lanes)) {
+        let count = self.entries.len();
+        for (o, weight) in self.weights.iter().enumerate() {
+            let mut change = Lanes::ZERO;
+            match self.entries[o] {
+                Some(i) => change.add_scaled(simd, &d[i], *weight),
                 None => {
                     let row = (k * count + o) * self.machine;
-                    let slopes = &self.slopes[row..row + self.machine];
-                    slopes.iter().zip(d).fold(T::constant(0.0), |sum, (c, x)| sum + *x * *c)
+                    for (x, c) in d.iter().zip(&self.slopes[row..row + self.machine]) {
+                        change.add_scaled(simd, x, c * weight);
+                    }
                 }
-            };
-            series[at] = series[at] + change;
+            }
+            each(o, change);
         }
     }
 }

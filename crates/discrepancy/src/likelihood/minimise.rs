@@ -79,7 +79,7 @@ impl<'p> Minimisation<'p> {
                 return Err(FitError::Cancelled);
             }
             let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
-            let count: usize = here.blocks.iter().map(|b| b.count).sum();
+            let count = self.count(&here.blocks);
             let least = effort.least * (before / count.max(1) as f64).max(1.0);
             match self.descend(&here.blocks, (before, least), &mut theta, &mut damping)? {
                 Descent::Taken { gained, there } => {
@@ -176,8 +176,17 @@ impl<'p> Minimisation<'p> {
 
     /// Sum over the windows that count.
     fn counted(&self, chi2: impl Iterator<Item = f64>) -> f64 {
-        let counts = |k: usize| !self.left_out.get(k).is_some_and(|out| *out);
-        chi2.enumerate().filter(|(k, _)| counts(*k)).map(|(_, c)| c).sum()
+        chi2.zip(self.counts()).filter(|(_, counts)| *counts).map(|(c, _)| c).sum()
+    }
+
+    /// Residuals in the windows that count.
+    fn count(&self, blocks: &[Block]) -> usize {
+        blocks.iter().zip(self.counts()).filter(|(_, counts)| *counts).map(|(b, _)| b.count).sum()
+    }
+
+    /// Whether each window counts.
+    fn counts(&self) -> impl Iterator<Item = bool> + '_ {
+        self.left_out.iter().map(|out| !out).chain(std::iter::repeat(true))
     }
 
     /// The filters along the run with which the minimisation begins.
@@ -295,10 +304,14 @@ impl<'p> Minimisation<'p> {
 
     fn result(self, theta: &[f64], here: Linearised, end: End) -> Result<Fit<'p>, FitError> {
         let Linearised { blocks, residuals } = here;
-        let chi2: f64 = blocks.iter().map(|b| b.chi2).sum();
+        let chi2 = self.counted(blocks.iter().map(|b| b.chi2));
         let penalty = self.objective(theta, 0.0);
-        let count = blocks.iter().map(|b| b.count).sum();
-        let precision = Arrow::new(&self.hypothesis, &blocks, &self.left_out).precision(theta)?;
+        let count = self.count(&blocks);
+        let residuals = residuals.into_iter().zip(self.counts()).filter(|(_, c)| *c);
+        let residuals = residuals.map(|(r, _)| r).collect();
+        let arrow = Arrow::new(&self.hypothesis, &blocks, &self.left_out);
+        let precision = arrow.precision(theta)?;
+        let promised = arrow.step(theta, BELIEVED).map_or(f64::INFINITY, |s| s.promised);
         if !(chi2 + penalty).is_finite() {
             return Err(FitError::Singular);
         }
@@ -313,8 +326,9 @@ impl<'p> Minimisation<'p> {
             chi2,
             penalty,
             count,
-            residuals: residuals.into(),
+            residuals,
             precision,
+            promised,
             end,
         };
         Ok(fit)

@@ -36,6 +36,7 @@ mod fit;
 mod hidden;
 mod hypothesis;
 pub mod intensity;
+pub mod lanes;
 pub mod maps;
 mod minimise;
 pub mod normal;

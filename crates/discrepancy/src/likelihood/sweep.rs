@@ -51,7 +51,7 @@ pub struct Run<'a> {
 
 impl Run<'_> {
     /// The recording.
-    pub(super) fn observed(&self) -> &Observed {
+    pub fn observed(&self) -> &Observed {
         &self.problem.dataset.recordings[self.windows[0].recording]
     }
 

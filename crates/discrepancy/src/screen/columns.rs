@@ -1,126 +1,241 @@
-//! What each amplitude of a term changes in the outputs.
+//! What each amplitude of a term changes in the outputs, and its normal equations.
 
 use super::local::{Along, Local};
-use super::{Drive, Screen};
+use super::{Amplitudes, Screen};
 use crate::candidates::{Candidate, Term};
-use crate::likelihood::sweep;
+use crate::likelihood::lanes::Lanes;
+use crate::likelihood::maps::{Drive, Driven};
 use lacuna_effects::{AnySeriesLaw, Law};
-use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_numbers::{Dual, LANES, Linear, Number};
 use lacuna_plants::model::Measured;
+use nalgebra::{DMatrix, DVector};
 
-/// What drives the linearised motion: where, the series, its sign.
-pub(super) type Drives = Vec<(Drive, Vec<f64>, f64)>;
-
-/// The value of a drive at a sample of the recording.
-type Value = fn(usize) -> f64;
-/// Where nothing drives the motion, and only its outputs are seen otherwise.
-const UNDRIVEN: [(Drive, Value); 0] = [];
+impl Candidate {
+    /// Columns of a term's amplitudes: of a force law its own, of other laws one.
+    pub(super) fn amplitudes(&self) -> usize {
+        match self.effect.law {
+            Law::Force(law) => law.amplitudes(),
+            Law::Input(_) | Law::Sensor(_) => 1,
+        }
+    }
+}
 
 impl Screen<'_> {
-    /// What drives the linearised motion for each amplitude of a term.
-    pub(super) fn drives(&self, term: &Term, along: &Along) -> Vec<Drives> {
-        let Candidate { effect, channel, other } = term.candidate;
+    /// Normal equations of the amplitudes of several terms of one candidate along one recording, as
+    /// many as fit in the lanes; of one term, where it has more amplitudes.
+    pub(super) fn amplitudes_along(&self, terms: &[Term], along: &Along) -> Vec<Amplitudes> {
+        let each = terms[0].candidate.amplitudes();
+        let driven = self.driven(terms, along);
+        let count = each * terms.len();
+        let mut sums = Sums::new(count, self.theta.nrows());
+        for local in &along.windows {
+            let normal = Normal { along, local, driven: &driven, crossed: each > 1 };
+            sums.add(&pulp::Arch::new().dispatch(normal), local);
+        }
+        (0..terms.len()).map(|t| sums.of(t * each, each)).collect()
+    }
+
+    /// The amplitudes of all terms, one a lane.
+    fn driven(&self, terms: &[Term], along: &Along) -> Vec<Driven> {
+        let Candidate { effect, channel, other } = terms[0].candidate;
+        let each = terms[0].candidate.amplitudes();
+        let groups = (each * terms.len()).div_ceil(LANES);
+        let samples = along.motion.len();
+        let place = |drive| (drive, Lanes([1.0; LANES]));
+        let (places, seen) = match effect.law {
+            Law::Force(law) => {
+                let reaction = other.filter(|_| law.reacts()).map(Drive::Force);
+                let drives = std::iter::once(Drive::Force(channel)).chain(reaction);
+                (drives.map(place).collect(), vec![])
+            }
+            Law::Input(_) => (vec![place(Drive::Input(channel))], vec![]),
+            Law::Sensor(_) => {
+                let outputs = self.problem.dataset.outputs.iter();
+                let is = |o: &crate::Output| matches!(o.of, Measured::State(i) if i == channel);
+                (vec![], outputs.enumerate().filter(|(_, o)| is(o)).map(|(k, _)| k).collect())
+            }
+        };
+        let empty = || Driven {
+            series: vec![Lanes::ZERO; samples],
+            places: places.clone(),
+            seen: seen.clone(),
+        };
+        let mut driven: Vec<Driven> = (0..groups).map(|_| empty()).collect();
+        let mut lane = 0;
+        self.each_series(terms, along, |series, passed_on| {
+            let Driven { series: lanes, places, .. } = &mut driven[lane / LANES];
+            let l = lane % LANES;
+            lanes.iter_mut().zip(series).for_each(|(lanes, value)| lanes.0[l] = *value);
+            if let Some((_, reaction)) = places.get_mut(1) {
+                reaction.0[l] = -passed_on;
+            }
+            lane += 1;
+        });
+        driven
+    }
+
+    /// Each amplitude's series, and the share of it that is passed on to another channel.
+    fn each_series(&self, terms: &[Term], along: &Along, mut each: impl FnMut(&[f64], f64)) {
+        let Candidate { effect, channel, other } = terms[0].candidate;
         match effect.law {
             Law::Force(law) => {
-                let series = along.motion.basis(
-                    law,
-                    &term.shape,
-                    &self.problem.model.places(channel, other),
-                );
-                let reaction = other.filter(|_| law.reacts());
-                let passed_on = law.plain().passed_on(&term.shape);
-                series
-                    .into_iter()
-                    .map(|s| {
-                        let s = centred(&s);
-                        let mut drives = vec![(Drive::Force(channel), s.clone(), 1.0)];
-                        drives.extend(reaction.map(|o| (Drive::Force(o), s, -passed_on)));
-                        drives
-                    })
-                    .collect()
+                let places = self.problem.model.places(channel, other);
+                let mut memory = vec![0.0; law.memory()];
+                law.memory_at_rest(&along.motion.at(&places, 0), &mut memory);
+                let motion = along.motion.seen(&places, &memory);
+                for term in terms {
+                    let mut series = vec![Vec::with_capacity(motion.len()); law.amplitudes()];
+                    law.plain().series(&term.shape, &motion, &mut series);
+                    for series in &mut series {
+                        centre(series);
+                        each(series, law.plain().passed_on(&term.shape));
+                    }
+                }
             }
             Law::Input(law) => {
                 let m = self.problem.model.inputs.len();
                 let u: Vec<f64> =
                     along.maps.inputs.iter().skip(channel).step_by(m).copied().collect();
-                let made = law.plain().applied(&term.shape, &along.motion.times, &u);
-                let change = made.iter().zip(&u).map(|(a, b)| a - b).collect();
-                vec![vec![(Drive::Input(channel), change, 1.0)]]
+                for term in terms {
+                    let mut made = law.plain().applied(&term.shape, &along.motion.times, &u);
+                    made.iter_mut().zip(&u).for_each(|(made, u)| *made -= u);
+                    each(&made, 1.0);
+                }
             }
-            Law::Sensor(_) => vec![],
+            Law::Sensor(law) => {
+                let mut series = vec![0.0; along.motion.len()];
+                for local in &along.windows {
+                    let change = sensed(law, &terms[0], along, local);
+                    series[local.window.range.clone()].copy_from_slice(&change);
+                }
+                terms.iter().for_each(|_| each(&series, 1.0));
+            }
         }
-    }
-
-    /// Weighted change of the measured samples of a window under each of several drives, which act
-    /// in the same places.
-    pub(super) fn driven(&self, along: &Along, local: &Local, all: &[Drives]) -> Vec<Vec<f64>> {
-        let range = &local.window.range;
-        let outputs = self.problem.dataset.outputs.len();
-        let filter = along.maps.filters.get(local.number);
-        let side_by_side = |some: &[Drives]| -> Vec<Vec<f64>> {
-            let mut out = vec![vec![Dual::constant(0.0); range.len()]; outputs];
-            let place = |p: usize| {
-                let value = move |k: usize| {
-                    let mut value = Dual::constant(0.0);
-                    for (lane, drives) in value.tangent.iter_mut().zip(some) {
-                        *lane = drives[p].1[k] * drives[p].2;
-                    }
-                    value
-                };
-                (some[0][p].0, value)
-            };
-            let drives: Vec<_> = (0..some[0].len()).map(place).collect();
-            along.maps.propagate(range, filter, &drives, &mut out);
-            let lane = |l: usize| {
-                let of = |series: &Vec<Dual>| series.iter().map(|y| y.tangent[l]).collect();
-                self.rows(along, local, &out.iter().map(of).collect::<Vec<_>>())
-            };
-            (0..some.len()).map(lane).collect()
-        };
-        all.chunks(LANES).flat_map(side_by_side).collect()
-    }
-
-    /// Weighted change of the measured samples of a window per unit of a sensor's parameter.
-    pub(super) fn sensed(
-        &self,
-        law: &dyn AnySeriesLaw,
-        term: &Term,
-        along: &Along,
-        local: &Local,
-    ) -> Vec<f64> {
-        let range = &local.window.range;
-        let times = &along.motion.times[range.clone()];
-        let state = term.candidate.channel;
-        let value = |k: usize| Dual::constant(along.motion.state(k)[state]);
-        let truth: Vec<Dual> = range.clone().map(value).collect();
-        let ideal = Dual::direction(term.candidate.effect.nature.ideal[0], 0);
-        let moved = law.dual().applied(&[ideal], times, &truth);
-        let change: Vec<f64> = moved.iter().map(|y| y.tangent[0]).collect();
-        let is = |o: &crate::Output| matches!(o.of, Measured::State(i) if i == state);
-        let zero = || vec![0.0; range.len()];
-        let outputs = &self.problem.dataset.outputs;
-        let mut out: Vec<Vec<f64>> =
-            outputs.iter().map(|o| if is(o) { change.clone() } else { zero() }).collect();
-        if let Some(filter) = along.maps.filters.get(local.number) {
-            along.maps.propagate(range, Some(filter), &UNDRIVEN, &mut out);
-        }
-        self.rows(along, local, &out)
-    }
-
-    /// The measured samples of a window, weighted, output by output.
-    fn rows(&self, along: &Along, local: &Local, out: &[Vec<f64>]) -> Vec<f64> {
-        let (w, mut rows) = (&local.window, Vec::with_capacity(local.columns.residual.len()));
-        sweep::scan(self.problem, w, out, |_, d, weight| rows.push(d * weight));
-        if let Some(filter) = along.maps.filters.get(local.number) {
-            let observed = &self.problem.dataset.recordings[w.recording];
-            filter.whiten(observed, w, std::iter::once(&mut rows));
-        }
-        rows
     }
 }
 
+/// Change of the measured samples of a window per unit of a sensor's parameter.
+fn sensed(law: &dyn AnySeriesLaw, term: &Term, along: &Along, local: &Local) -> Vec<f64> {
+    let range = &local.window.range;
+    let times = &along.motion.times[range.clone()];
+    let value = |k: usize| Dual::constant(along.motion.state(k)[term.candidate.channel]);
+    let truth: Vec<Dual> = range.clone().map(value).collect();
+    let ideal = Dual::direction(term.candidate.effect.nature.ideal[0], 0);
+    let moved = law.dual().applied(&[ideal], times, &truth);
+    moved.iter().map(|y| y.tangent[0]).collect()
+}
+
 /// Over each step the mean of both ends; over what follows the last sample nothing is known.
-fn centred(series: &[f64]) -> Vec<f64> {
-    let last = series.len() - 1;
-    (0..series.len()).map(|k| 0.5 * (series[k] + series[(k + 1).min(last)])).collect()
+fn centre(series: &mut [f64]) {
+    for k in 1..series.len() {
+        series[k - 1] = 0.5 * (series[k - 1] + series[k]);
+    }
+}
+
+/// The normal equations of a window in the making.
+struct Normal<'a> {
+    along: &'a Along,
+    local: &'a Local,
+    driven: &'a [Driven],
+    /// Whether columns belong together, so that their products are needed.
+    crossed: bool,
+}
+
+/// Products of the columns in the lanes of each group: with the rows' own columns, and with one
+/// another.
+struct Products {
+    /// Group by group: states, theta, residual.
+    rows: Vec<Lanes>,
+    /// Column by column: all groups.
+    own: Vec<Lanes>,
+}
+
+impl pulp::WithSimd for Normal<'_> {
+    type Output = Products;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Products {
+        let Self { along, local, driven, crossed } = self;
+        let (m, width) = (driven.len(), local.rows.width());
+        let mut rows = vec![Lanes::ZERO; m * width];
+        let mut own = vec![Lanes::ZERO; m * LANES * m];
+        let filter = along.maps.filters.get(local.number);
+        along.maps.respond(simd, &local.window.range, filter, driven, |at, changes| {
+            for (output, row) in local.rows.at(at) {
+                let y = &changes[output * m..(output + 1) * m];
+                for (y, sums) in y.iter().zip(rows.chunks_exact_mut(width)) {
+                    for (sum, value) in sums.iter_mut().zip(row) {
+                        sum.add_scaled(simd, y, *value);
+                    }
+                }
+                if crossed {
+                    let columns = y.iter().flat_map(|y| &y.0);
+                    for (value, sums) in columns.zip(own.chunks_exact_mut(m)) {
+                        for (sum, y) in sums.iter_mut().zip(y) {
+                            sum.add_scaled(simd, y, *value);
+                        }
+                    }
+                } else {
+                    // Each column's square, on the diagonal.
+                    for (g, y) in y.iter().enumerate() {
+                        own[g].add_product(simd, y, y);
+                    }
+                }
+            }
+        });
+        if !crossed {
+            own = on_the_diagonal(&own[..m], m);
+        }
+        Products { rows, own }
+    }
+}
+
+/// Squares of each column where products of all would be.
+fn on_the_diagonal(squares: &[Lanes], m: usize) -> Vec<Lanes> {
+    let mut own = vec![Lanes::ZERO; m * LANES * m];
+    for (g, squares) in squares.iter().enumerate() {
+        for (l, square) in squares.0.iter().enumerate() {
+            own[(g * LANES + l) * m + g].0[l] = *square;
+        }
+    }
+    own
+}
+
+/// Normal equations of all columns, the states of all windows eliminated.
+struct Sums {
+    own: DMatrix<f64>,
+    theta: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+impl Sums {
+    fn new(count: usize, p: usize) -> Self {
+        let (own, theta) = (DMatrix::zeros(count, count), DMatrix::zeros(count, p));
+        Self { own, theta, gradient: DVector::zeros(count) }
+    }
+
+    /// Add a window.
+    fn add(&mut self, products: &Products, local: &Local) {
+        let (count, p, width) = (self.own.nrows(), self.theta.ncols(), local.rows.width());
+        let n = width - p - 1;
+        let m = products.rows.len() / width;
+        let row = |i: usize, c: usize| products.rows[c / LANES * width + i].0[c % LANES];
+        let states = DMatrix::from_fn(n, count, row);
+        let solved = local.factor.solve(&states);
+        let own = |i: usize, j: usize| products.own[i * m + j / LANES].0[j % LANES];
+        self.own += DMatrix::from_fn(count, count, own) - states.tr_mul(&solved);
+        let theta = DMatrix::from_fn(count, p, |c, j| row(n + j, c));
+        self.theta += theta - states.tr_mul(&local.cross);
+        let gradient = DVector::from_fn(count, |c, _| row(n + p, c));
+        self.gradient += gradient - states.tr_mul(&local.rest);
+    }
+
+    /// Those of one term.
+    fn of(&self, first: usize, each: usize) -> Amplitudes {
+        Amplitudes {
+            own: self.own.view((first, first), (each, each)).into_owned(),
+            theta: self.theta.rows(first, each).into_owned(),
+            gradient: self.gradient.rows(first, each).into_owned(),
+        }
+    }
 }

@@ -1,8 +1,9 @@
 //! One recording, and each of its windows, as a linear system.
 
+use crate::dataset::Observed;
 use crate::likelihood::maps::Maps;
 use crate::likelihood::normal::Block;
-use crate::likelihood::sweep::{self, Run};
+use crate::likelihood::sweep::{Columns, Run};
 use crate::likelihood::{Fit, FitError, Window};
 use crate::trajectories::SmoothedRecording;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -19,14 +20,71 @@ pub(super) struct Local {
     pub(super) window: Window,
     /// Its number in the recording.
     pub(super) number: usize,
-    /// Measured samples of each output, as rows.
-    pub(super) columns: sweep::Columns,
-    pub(super) states: usize,
-    pub(super) unused: usize,
+    /// Normal equations of its states and theta.
+    pub(super) block: Block,
+    /// Factor of the states' normal matrix.
     pub(super) factor: Cholesky<f64, Dyn>,
     /// Solved against theta's columns and the residual.
     pub(super) cross: DMatrix<f64>,
     pub(super) rest: DVector<f64>,
+    /// Of each measured value, sample by sample: its output, its derivatives by states and by
+    /// theta, its residual.
+    pub(super) rows: Rows,
+}
+
+/// Measured values of a window, sample by sample.
+pub(super) struct Rows {
+    /// Where each sample's rows begin.
+    begin: Vec<usize>,
+    outputs: Vec<usize>,
+    width: usize,
+    values: Vec<f64>,
+}
+
+impl Rows {
+    /// Of columns, output by output; `states` of them and then `unused` before those of theta.
+    fn of(
+        observed: &Observed,
+        w: &Window,
+        columns: &Columns,
+        (states, unused): (usize, usize),
+    ) -> Self {
+        let by: Vec<&Vec<f64>> = columns.by[..states]
+            .iter()
+            .chain(&columns.by[states + unused..])
+            .chain(std::iter::once(&columns.residual))
+            .collect();
+        let measured = |o: usize, k: usize| observed.outputs[o][k].is_finite();
+        let count = |o: usize| w.range.clone().filter(|&k| measured(o, k)).count();
+        let outputs = observed.outputs.len();
+        // The next row of each output.
+        let mut next: Vec<usize> = (0..outputs)
+            .scan(0, |from, o| Some(std::mem::replace(from, *from + count(o))))
+            .collect();
+        let mut rows = Self { begin: vec![0], outputs: vec![], width: by.len(), values: vec![] };
+        for k in w.range.clone() {
+            for o in (0..outputs).filter(|&o| measured(o, k)) {
+                rows.outputs.push(o);
+                rows.values.extend(by.iter().map(|column| column[next[o]]));
+                next[o] += 1;
+            }
+            rows.begin.push(rows.outputs.len());
+        }
+        rows
+    }
+
+    /// Rows of a sample of the window: output, values.
+    #[inline(always)]
+    pub(super) fn at(&self, at: usize) -> impl Iterator<Item = (usize, &[f64])> {
+        let range = self.begin[at]..self.begin[at + 1];
+        let values = &self.values[range.start * self.width..range.end * self.width];
+        self.outputs[range].iter().copied().zip(values.chunks_exact(self.width))
+    }
+
+    /// Values in a row.
+    pub(super) fn width(&self) -> usize {
+        self.width
+    }
 }
 
 /// Linearise one recording of a fit.
@@ -39,33 +97,16 @@ pub(super) fn along(fit: &Fit, r: usize, run: &Run) -> Result<Along, FitError> {
     let all = Run { filters: &maps.filters, ..*run }.linearise()?;
     let machine = problem.model.machine_states();
     let memory = starts.memory.len();
-    let local = |(k, (columns, window)): (usize, (sweep::Columns, &Window))| {
+    let local = |(k, (columns, window)): (usize, (Columns, &Window))| {
         let (states, unused) = if k == 0 { (machine + memory, 0) } else { (machine, memory) };
         let block = Block::of(&columns, states, unused);
         let factor = block.eliminable()?;
         let (cross, rest) = (factor.solve(&block.cross), factor.solve(&block.state_gradient));
+        let rows = Rows::of(run.observed(), window, &columns, (states, unused));
         let window = window.clone();
-        Ok(Local { window, number: k, columns, states, unused, factor, cross, rest })
+        Ok(Local { window, number: k, block, factor, cross, rest, rows })
     };
     let all = all.into_iter().zip(windows).enumerate();
     let windows: Result<Vec<Local>, FitError> = all.map(local).collect();
     Ok(Along { motion, maps, windows: windows? })
-}
-
-/// Sum of products, in eight sums side by side: one after the other each would wait for the last.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const SUMS: usize = 8;
-    let mut sums = [0.0; SUMS];
-    let (x, y) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
-    let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in x.zip(y) {
-        for l in 0..SUMS {
-            sums[l] += x[l] * y[l];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
-}
-
-pub(super) fn dots(columns: &[Vec<f64>], d: &[f64]) -> DVector<f64> {
-    DVector::from_iterator(columns.len(), columns.iter().map(|a| dot(a, d)))
 }

@@ -21,13 +21,11 @@ mod curves;
 mod local;
 
 use crate::candidates::{Candidate, Term};
-use crate::likelihood::maps::Drive;
 use crate::likelihood::{Fit, FitError, Problem};
-use columns::Drives;
 pub use curves::Over;
 use lacuna_effects::{Law, Prior};
 use lacuna_numbers::LANES;
-use local::{Along, Local, along, dot, dots};
+use local::{Along, along};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -77,15 +75,9 @@ impl<'p> Screen<'p> {
         let p = free.len();
         let (mut theta, mut gradient) = (DMatrix::zeros(p, p), DVector::zeros(p));
         for local in recordings.iter().flat_map(|a| &a.windows) {
-            let first = local.states + local.unused;
-            let (a, b) = (&local.columns.by[..local.states], &local.columns.by[first..]);
-            for i in 0..p {
-                let states = dots(a, &b[i]);
-                for j in 0..p {
-                    theta[(i, j)] += dot(&b[i], &b[j]) - states.dot(&local.cross.column(j));
-                }
-                gradient[i] += dot(&b[i], &local.columns.residual) - states.dot(&local.rest);
-            }
+            let block = &local.block;
+            theta += &block.theta - block.cross.tr_mul(&local.cross);
+            gradient += &block.theta_gradient - block.cross.tr_mul(&local.rest);
         }
         let inflation = fit.inflation();
         let values = fit.hypothesis.theta();
@@ -114,7 +106,8 @@ impl<'p> Screen<'p> {
                 let terms: Vec<Term> =
                     shapes.into_iter().map(|shape| Term { candidate: *c, shape }).collect();
                 // As many as are propagated side by side.
-                let tried = terms.par_chunks(LANES).flat_map_iter(|some| self.gains(some));
+                let many = (LANES / c.amplitudes()).max(1);
+                let tried = terms.par_chunks(many).flat_map_iter(|some| self.gains(some));
                 let tried: Vec<Scored> = tried.filter(|s| s.gain.is_finite()).collect();
                 let top = tried.iter().map(|s| s.gain).fold(f64::NEG_INFINITY, f64::max);
                 let sum: f64 = tried.iter().map(|s| (s.gain - top).exp()).sum();
@@ -212,7 +205,7 @@ impl<'p> Screen<'p> {
     /// Normal equations of the amplitudes of several terms of one candidate, summed over all
     /// recordings; none for a term that changes what is not finite.
     fn amplitudes(&self, terms: &[Term]) -> Vec<Option<Amplitudes>> {
-        let mut sums: Vec<Option<Amplitudes>> = vec![];
+        let mut sums: Vec<Amplitudes> = vec![];
         for along in &self.recordings {
             let parts = self.amplitudes_along(terms, along);
             if sums.is_empty() {
@@ -220,73 +213,12 @@ impl<'p> Screen<'p> {
                 continue;
             }
             for (sum, part) in sums.iter_mut().zip(parts) {
-                match (sum.as_mut(), part) {
-                    (Some(s), Some(part)) => {
-                        s.own += part.own;
-                        s.theta += part.theta;
-                        s.gradient += part.gradient;
-                    }
-                    _ => *sum = None,
-                }
+                sum.own += part.own;
+                sum.theta += part.theta;
+                sum.gradient += part.gradient;
             }
         }
-        sums
-    }
-
-    fn amplitudes_along(&self, terms: &[Term], along: &Along) -> Vec<Option<Amplitudes>> {
-        let p = self.theta.nrows();
-        let drives: Vec<Vec<Drives>> = terms.iter().map(|t| self.drives(t, along)).collect();
-        let counts: Vec<usize> = drives.iter().map(|d| d.len().max(1)).collect();
-        let zero = |&c: &usize| {
-            Some(Amplitudes {
-                own: DMatrix::zeros(c, c),
-                theta: DMatrix::zeros(c, p),
-                gradient: DVector::zeros(c),
-            })
-        };
-        let mut out: Vec<Option<Amplitudes>> = counts.iter().map(zero).collect();
-        let drives: Vec<Drives> = drives.into_iter().flatten().collect();
-        for local in &along.windows {
-            let mut columns = if let Law::Sensor(law) = terms[0].candidate.effect.law {
-                terms.iter().map(|t| self.sensed(law, t, along, local)).collect()
-            } else {
-                self.driven(along, local, &drives)
-            }
-            .into_iter();
-            for (out, count) in out.iter_mut().zip(&counts) {
-                let own: Vec<Vec<f64>> = columns.by_ref().take(*count).collect();
-                if own.iter().flatten().any(|v| !v.is_finite()) {
-                    *out = None;
-                }
-                if let Some(out) = out {
-                    out.add(&own, local);
-                }
-            }
-        }
-        out
-    }
-}
-
-impl Amplitudes {
-    /// Add the columns of a window, its states eliminated.
-    fn add(&mut self, columns: &[Vec<f64>], local: &Local) {
-        let first = local.states + local.unused;
-        let (a, b) = (&local.columns.by[..local.states], &local.columns.by[first..]);
-        let solved: Vec<(DVector<f64>, DVector<f64>)> = columns
-            .iter()
-            .map(|d| {
-                let states = dots(a, d);
-                (local.factor.solve(&states), states)
-            })
-            .collect();
-        for (i, d) in columns.iter().enumerate() {
-            for (j, e) in columns.iter().enumerate() {
-                self.own[(i, j)] += dot(d, e) - solved[i].1.dot(&solved[j].0);
-            }
-            for (j, b) in b.iter().enumerate() {
-                self.theta[(i, j)] += dot(d, b) - solved[i].1.dot(&local.cross.column(j));
-            }
-            self.gradient[i] += dot(d, &local.columns.residual) - solved[i].1.dot(&local.rest);
-        }
+        let finite = |a: &Amplitudes| a.own.iter().chain(&a.theta).all(|x| x.is_finite());
+        sums.into_iter().map(|a| finite(&a).then_some(a)).collect()
     }
 }

@@ -34,20 +34,34 @@ pub fn lengthen_to(mut fit: Fit, level: u32, (most, slack): (f64, f64)) -> Fit {
     fit
 }
 
+/// The same in windows of a level at once; none unless a fit that leaves nothing but `noise` still
+/// does so there.
+#[must_use]
+pub fn lengthen_at_once<'p>(fit: &Fit<'p>, level: u32, noise: f64) -> Option<Fit<'p>> {
+    if fit.windowed.level <= level + 1 || fit.reduced() > noise {
+        return None;
+    }
+    fit.at_level(level, QUICK).ok().filter(|longer| longer.reduced() < noise)
+}
+
 /// Fit a hypothesis that has just been given one more effect, whose parameters are a guess, in
-/// short windows, where a wrong guess does little harm.
+/// a few short windows, where a wrong guess does little harm.
 ///
 /// # Errors
 /// [`FitError`].
 pub fn begin<'p>(short: &Fit<'p>, h: Hypothesis) -> Result<Fit<'p>, FitError> {
-    short.refit(h, BEGIN)
+    short.glimpse(h, BEGIN)
 }
 
-/// What was begun in short windows, in those of `base`.
+/// What was begun in a few of the windows of `short`, in all those of `base`.
 ///
 /// # Errors
 /// [`FitError::RanAway`] where it loses its way, and others.
-pub fn grow<'p>(base: &Fit<'p>, mut fit: Fit<'p>) -> Result<Fit<'p>, FitError> {
+pub fn grow<'p>(base: &Fit<'p>, short: &Fit<'p>, begun: &Fit<'p>) -> Result<Fit<'p>, FitError> {
+    let mut fit = short.supposing(begun);
+    if short.windowed.level == base.windowed.level && !begun.has_windows_of(short) {
+        return short.refit(begun.hypothesis.clone(), BEGIN);
+    }
     while fit.windowed.level > base.windowed.level {
         let (most, found) = (5.0 * base.inflation() + 20.0, fit.reduced());
         if found > most {

@@ -4,7 +4,7 @@ use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
 use crate::decision::Decision;
 use crate::likelihood::evidence::common_temperature;
-use crate::likelihood::{Fit, FitError};
+use crate::likelihood::{Fit, FitError, STILL};
 use crate::screen::{Scored, Screen};
 use lacuna_effects::{Law, Variable};
 use lacuna_plants::model::ModelEffect;
@@ -134,7 +134,7 @@ impl<'p> Search<'p> {
         });
         let mut tried = self.told(begun.collect());
         self.keep_likely(&mut tried, &short);
-        let grown = tried.into_par_iter().map(|t| (t.candidate, chain::grow(base, t.fit)));
+        let grown = tried.into_par_iter().map(|t| (t.candidate, chain::grow(base, &short, &t.fit)));
         self.told(grown.collect())
     }
 
@@ -152,14 +152,26 @@ impl<'p> Search<'p> {
         tried
     }
 
-    /// Drop what lies so far behind the best that longer windows cannot bring it back.
-    fn keep_likely(&self, tried: &mut Vec<Tried>, base: &Fit) {
+    /// Drop what lies so far behind the best that longer windows cannot bring it back: where the
+    /// best leaves nothing but noise, likelihoods are what they say.
+    fn keep_likely(&self, tried: &mut Vec<Tried<'p>>, short: &Fit<'p>) {
         let temperature = rank(tried);
-        let Some(best) = tried.first().map(|t| t.fit.log_evidence(temperature)) else { return };
+        let Some(best) = tried.first().map(|t| &t.fit) else { return };
         let decision = &self.decision;
-        let gained = best - base.log_evidence(temperature);
-        let room = ((1.0 - decision.screening_error) * gained).max(6.0 * decision.prior_odds);
-        tried.retain(|t| t.fit.log_evidence(temperature) > best - room);
+        let top = best.log_evidence(temperature);
+        let mut room = self.settled_room();
+        if best.reduced() > decision.noise
+            && let Ok(base) = short.glimpse(short.hypothesis.clone(), STILL)
+        {
+            let gained = top - base.log_evidence(temperature);
+            room = room.max((1.0 - decision.screening_error) * gained);
+        }
+        tried.retain(|t| t.fit.hope(temperature) > top - room);
+    }
+
+    /// Nats behind what leaves nothing but noise that no longer windows bring back.
+    pub(super) fn settled_room(&self) -> f64 {
+        6.0 * self.decision.prior_odds
     }
 
     /// The same model in windows a quarter as long, where a guess does little harm.
@@ -182,7 +194,7 @@ impl<'p> Search<'p> {
         effect: ModelEffect,
     ) -> Result<Fit<'p>, FitError> {
         let begun = chain::begin(short, self.with(&base.hypothesis, effect))?;
-        chain::grow(base, begun)
+        chain::grow(base, short, &begun)
     }
 
     /// The best in the longest windows that it follows, with those that came close.
@@ -197,15 +209,20 @@ impl<'p> Search<'p> {
         let room = if settled { least } else { (0.5 * decision.share * gained).max(least) };
         let close: Vec<Tried> =
             tried.into_iter().filter(|t| t.fit.log_evidence(temperature) > top - room).collect();
-        let first = self.lengthen(close[0].fit.clone());
+        let at_once = |fit: &Fit<'p>, level| chain::lengthen_at_once(fit, level, decision.noise);
+        let first =
+            at_once(&close[0].fit, 0).unwrap_or_else(|| self.lengthen(close[0].fit.clone()));
         let level = first.windowed.level;
         let slack = (decision.window_misfit, 10.0);
         let mut long: Vec<Tried> = close
             .into_par_iter()
             .enumerate()
             .filter_map(|(k, t)| {
-                let fit =
-                    if k == 0 { first.clone() } else { chain::lengthen_to(t.fit, level, slack) };
+                let fit = match k {
+                    0 => first.clone(),
+                    _ => at_once(&t.fit, level)
+                        .unwrap_or_else(|| chain::lengthen_to(t.fit, level, slack)),
+                };
                 (fit.windowed.level == level)
                     .then(|| Tried { fit: chain::polish(fit), candidate: t.candidate })
             })

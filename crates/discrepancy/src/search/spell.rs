@@ -6,7 +6,7 @@ use super::forward::curve_covers;
 use super::prune::worth_a_curve;
 use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
-use crate::likelihood::{Fit, QUICK};
+use crate::likelihood::{FULL, Fit, QUICK};
 use crate::trajectories::SmoothedRecording;
 use lacuna_effects::{At, Channel, Law, Variable};
 use lacuna_plants::model::ModelEffect;
@@ -42,7 +42,8 @@ impl<'p> Search<'p> {
         let fits = spellings.into_par_iter().filter_map(|spelling| {
             let effects = spelling.laws.iter().map(|(t, a)| effect_of(&t.candidate, a, &t.shape));
             let h = effects.fold(plain.clone(), |h, e| self.with(&h, e));
-            chain::begin(&path.fit, h).ok().map(chain::polish)
+            let begun = chain::begin(&path.fit, h).ok()?;
+            path.fit.refit(begun.hypothesis, FULL).ok()
         });
         let temperature = path.fit.temperature();
         let evidence = |f: &Fit| f.log_evidence(temperature);

@@ -1,11 +1,11 @@
 //! Other ways to name what an effect does, begun from its fit: what a screening along a
 //! trajectory cannot tell apart, and laws that hold one another as special cases.
 
+use super::Search;
 use super::forward::{Tried, rank};
-use super::{Search, chain};
 use crate::candidates::Candidate;
 use crate::likelihood::evidence::common_temperature;
-use crate::likelihood::{Effort, FULL, Fit};
+use crate::likelihood::{Effort, FULL, Fit, STILL};
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
 
@@ -56,20 +56,27 @@ impl<'p> Search<'p> {
             .into_par_iter()
             .map(|effect| {
                 let candidate = super::candidate_of(&effect);
-                let fit = fit.refit(self.with(&plain, effect), glance).ok()?;
+                let fit = fit.glimpse(self.with(&plain, effect), glance).ok()?;
                 Some(Tried { candidate, fit })
             })
             .collect();
         let mut glanced: Vec<Tried> = glanced.into_iter().flatten().collect();
-        rank(&mut glanced);
+        let temperature = rank(&mut glanced);
+        // What is far behind a law that leaves nothing but noise need not be fitted.
+        if let Ok(own) = fit.glimpse(fit.hypothesis.clone(), STILL)
+            && own.reduced() < self.decision.noise
+        {
+            let least = own.log_evidence(temperature) - self.settled_room();
+            glanced.retain(|t| t.fit.hope(temperature) > least);
+        }
         let mut best: Vec<Tried> = vec![];
         for t in glanced {
             if best.iter().all(|b| b.candidate != t.candidate) {
                 best.push(t);
             }
         }
-        let polish = |t: Tried<'p>| Tried { fit: chain::polish(t.fit), ..t };
-        best.into_par_iter().map(polish).collect()
+        let all = |t: Tried<'p>| Some(Tried { fit: fit.refit(t.fit.hypothesis, FULL).ok()?, ..t });
+        best.into_par_iter().filter_map(all).collect()
     }
 }
 
