@@ -44,7 +44,8 @@ fn the_silverbox_has_a_cubic_spring_and_an_offset() {
     let d = diagnosed("silverbox", &part("40650..52000"), &part("106000..112000"));
     assert_eq!(found(&d), ["constant_force", "cubic_stiffness"]);
     let free = d["fit"]["held_out"]["y"]["free_run_after"].as_f64().unwrap();
-    assert!(free < 1e-3, "{free} V");
+    // With straight lines between the samples of the input it is 0.9 mV.
+    assert!(free < 4e-4, "{free} V");
 }
 
 #[test]

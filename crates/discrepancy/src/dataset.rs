@@ -132,7 +132,7 @@ impl Dataset {
         }
         let hold = match model.hold {
             Hold::ZeroOrder => InputHold::ZeroOrder,
-            Hold::Linear => InputHold::Linear,
+            Hold::Linear | Hold::BandLimited => InputHold::Linear,
         };
         Self::of(&columns, outputs, hold, recordings)
     }

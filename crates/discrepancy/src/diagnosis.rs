@@ -39,6 +39,9 @@ pub struct Diagnosis {
     /// What drives the machine beside what was recorded.
     #[serde(default)]
     pub driving: Driving,
+    /// How the predictions of the model that is handed back were integrated.
+    #[serde(default)]
+    pub integration: Integration,
     /// What was used and how it was treated.
     pub data: DataUsed,
     /// What these data cannot tell, and anything the reader must know.
@@ -69,6 +72,18 @@ pub struct Driving {
     pub inputs: BTreeMap<String, InputNoise>,
     /// White random forces, by the channel that they act on.
     pub forces: BTreeMap<String, RandomForce>,
+}
+
+/// How motion is integrated from sample to sample: in steps that are halved until predictions change
+/// by less than a hundredth of the noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Integration {
+    /// Runge-Kutta steps from one sample to the next.
+    pub steps_a_sample: usize,
+    /// Largest change of a prediction by halving them once more, in units of the noise (of a
+    /// thousandth of the channel's range, where that is more).
+    #[serde(with = "infinite_as_null")]
+    pub error_over_noise: f64,
 }
 
 /// Noise on a recorded input.

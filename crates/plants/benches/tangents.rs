@@ -2,7 +2,7 @@
 
 use divan::{Bencher, counter::ItemsCount};
 use lacuna_numbers::{Dual, Number};
-use lacuna_plants::model::Direction;
+use lacuna_plants::model::{Direction, StepInput};
 use lacuna_plants::{Model, System};
 
 fn main() {
@@ -44,7 +44,13 @@ fn plain(bencher: Bencher, effects: &str) {
         let mut x = system.at_rest(&[0.3, -0.4, 0.1, 0.5]);
         for k in 0..SAMPLES {
             let t = 0.004 * k as f64;
-            system.advance(&mut w, (t, t + 0.004), (&[0.5, 0.1], &[0.5, 0.1]), 1, &mut x);
+            system.advance(
+                &mut w,
+                (t, t + 0.004),
+                StepInput::Line(&[0.5, 0.1], &[0.5, 0.1]),
+                1,
+                &mut x,
+            );
         }
         x
     });
@@ -69,7 +75,7 @@ fn eight_directions(bencher: Bencher, effects: &str) {
         let mut x: Vec<Dual> = start.iter().enumerate().map(seed).collect();
         for k in 0..SAMPLES {
             let t = 0.004 * k as f64;
-            system.advance(&mut w, (t, t + 0.004), (&u, &u), 1, &mut x);
+            system.advance(&mut w, (t, t + 0.004), StepInput::Line(&u, &u), 1, &mut x);
         }
         x
     });

@@ -1,5 +1,8 @@
 //! Inputs as functions of time, and how sampled ones are held between samples.
 
+use lacuna_numbers::Linear;
+use std::ops::Range;
+
 /// How a sampled input behaves between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Hold {
@@ -8,6 +11,9 @@ pub enum Hold {
     ZeroOrder,
     /// Straight lines between samples.
     Linear,
+    /// The smooth signal that has no more in it than its samples tell: what a filter before the
+    /// converter, or a generator that knows its signal between the samples, lets through.
+    BandLimited,
 }
 
 impl Hold {
@@ -16,8 +22,96 @@ impl Hold {
     pub fn end_of_step(self, k: usize) -> usize {
         match self {
             Self::ZeroOrder => k,
-            Self::Linear => k + 1,
+            Self::Linear | Self::BandLimited => k + 1,
         }
+    }
+
+    /// Of a series with rows of `m`, what the stages of `substeps` Runge-Kutta steps a sample see
+    /// in a range of samples: `2 substeps` rows a sample, the sample itself and those between it and
+    /// the next, and the last sample. Empty where straight lines, or nothing, lie between the samples.
+    #[must_use]
+    pub fn stages<T: Linear>(
+        self,
+        (times, values): (&[f64], &[T]),
+        range: Range<usize>,
+        m: usize,
+        substeps: usize,
+    ) -> Vec<T> {
+        if self != Self::BandLimited || range.is_empty() {
+            return vec![];
+        }
+        let parts = 2 * substeps;
+        let mut stages = Vec::with_capacity((range.len() * parts + 1) * m);
+        // The same for every step far from the ends and evenly sampled.
+        let mut usual: Vec<Vec<f64>> = vec![];
+        let last = (range.end - 1).min(times.len() - 1);
+        for k in range.start..last {
+            stages.extend_from_slice(&values[k * m..(k + 1) * m]);
+            let near = Near::of(times, k);
+            let between = |part| {
+                let t = times[k] + (times[k + 1] - times[k]) * part as f64 / parts as f64;
+                weights(&times[near.samples.clone()], t)
+            };
+            let is_usual = near.even && near.samples.len() == 2 * REACH;
+            if is_usual && usual.is_empty() {
+                usual = (1..parts).map(between).collect();
+            }
+            for part in 1..parts {
+                let from = stages.len();
+                stages.resize(from + m, T::ZERO);
+                let rows = &values[near.samples.start * m..near.samples.end * m];
+                if is_usual {
+                    weigh(&usual[part - 1], rows, &mut stages[from..]);
+                } else {
+                    weigh(&between(part), rows, &mut stages[from..]);
+                }
+            }
+        }
+        stages.extend_from_slice(&values[last * m..(last + 1) * m]);
+        stages
+    }
+}
+
+/// Samples on either side whose polynomial is as good as band-limited up to two thirds of the
+/// highest frequency that samples tell of (to 2e-4, and to rounding up to a half).
+const REACH: usize = 16;
+/// Where samples are not evenly spaced, polynomials through many of them go astray.
+const UNEVEN_REACH: usize = 2;
+
+/// The samples about a step whose polynomial is the band-limited signal there.
+struct Near {
+    /// As many before as after, fewer near the ends.
+    samples: Range<usize>,
+    /// Whether they are evenly spaced.
+    even: bool,
+}
+
+impl Near {
+    /// Those about the step from sample `k` to the next.
+    fn of(times: &[f64], k: usize) -> Self {
+        let about = |reach: usize| k + 1 - reach..k + 1 + reach;
+        let reach = REACH.min(k + 1).min(times.len() - 1 - k);
+        let near = &times[about(reach)];
+        let step = (near[near.len() - 1] - near[0]) / (near.len() - 1) as f64;
+        let even = near.windows(2).all(|p| (p[1] - p[0] - step).abs() < 1e-3 * step);
+        Self { samples: about(if even { reach } else { reach.min(UNEVEN_REACH) }), even }
+    }
+}
+
+/// Weights of samples in the polynomial through them, at time `t`.
+fn weights(times: &[f64], t: f64) -> Vec<f64> {
+    let weight = |(l, here): (usize, &f64)| {
+        let others = times.iter().enumerate().filter(|(k, _)| *k != l);
+        others.map(|(_, other)| (t - other) / (here - other)).product()
+    };
+    times.iter().enumerate().map(weight).collect()
+}
+
+/// The weighted sum of rows.
+fn weigh<T: Linear>(weights: &[f64], rows: &[T], u: &mut [T]) {
+    u.fill(T::ZERO);
+    for (weight, row) in weights.iter().zip(rows.chunks_exact(u.len().max(1))) {
+        u.iter_mut().zip(row).for_each(|(u, value)| *u = *u + *value * *weight);
     }
 }
 
@@ -78,6 +172,12 @@ impl Input for SampledInput<'_> {
             u.copy_from_slice(here);
             return;
         }
+        if self.hold == Hold::BandLimited {
+            let near = Near::of(self.times, k).samples;
+            let rows = &self.values[near.start * m..near.end * m];
+            weigh(&weights(&self.times[near], t), rows, u);
+            return;
+        }
         let next = &self.values[(k + 1) * m..(k + 2) * m];
         let share = (t - self.times[k]) / (self.times[k + 1] - self.times[k]);
         for ((u, a), b) in u.iter_mut().zip(here).zip(next) {
@@ -105,20 +205,42 @@ impl Input for SmoothInput<'_> {
         let (samples, m) = (self.times.len(), u.len());
         let count = samples.min(4);
         let first = last_sample(self.times, start).saturating_sub(1).min(samples - count);
-        let near = &self.times[first..first + count];
-        u.fill(0.0);
-        for (l, here) in near.iter().enumerate() {
-            let others = near.iter().enumerate().filter(|(k, _)| *k != l);
-            let weight: f64 = others.map(|(_, other)| (t - other) / (here - other)).product();
-            let row = &self.values[(first + l) * m..(first + l + 1) * m];
-            u.iter_mut().zip(row).for_each(|(u, value)| *u += weight * value);
-        }
+        let rows = &self.values[first * m..(first + count) * m];
+        weigh(&weights(&self.times[first..first + count], t), rows, u);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Input, SmoothInput};
+    use super::{Hold, Input, SampledInput, SmoothInput};
+
+    /// A sum of sines up to two thirds of the highest frequency, seen between its samples.
+    #[test]
+    fn a_band_limited_input_is_what_was_sampled() {
+        let step = 0.01;
+        let signal = |t: f64| {
+            let part = |share: f64| (share * std::f64::consts::PI / step * t + share).sin();
+            part(0.1) + part(0.4) + part(0.66)
+        };
+        let times: Vec<f64> = (0..200).map(|k| step * f64::from(k)).collect();
+        let values: Vec<f64> = times.iter().map(|&t| signal(t)).collect();
+        let hold = Hold::BandLimited;
+        let input = SampledInput { times: &times, values: &values, hold };
+        let stages = hold.stages((&times, &values), 0..200, 1, 2);
+        assert_eq!(stages.len(), 199 * 4 + 1);
+        for (k, &t) in times[..199].iter().enumerate() {
+            for part in 0..4 {
+                let at = t + step * f64::from(part) / 4.0;
+                let mut u = [f64::NAN];
+                input.value(t, at, &mut u);
+                assert!((u[0] - stages[4 * k + part as usize]).abs() < 1e-9);
+                let most = if (16..183).contains(&k) { 3e-4 } else { 0.6 };
+                assert!((u[0] - signal(at)).abs() < most, "{at}: {} {}", u[0], signal(at));
+            }
+        }
+        assert_eq!(hold.stages((&times, &values), 50..61, 1, 2), stages[200..=240]);
+        assert!(Hold::Linear.stages((&times, &values), 0..200, 1, 2).is_empty());
+    }
 
     #[test]
     fn a_smooth_input_runs_along_cubics() {

@@ -1,6 +1,6 @@
 //! Integration of a plant along an input: fixed-step Runge-Kutta of order 4.
 
-use crate::{Hold, Input, Plant};
+use crate::{Hold, Input, Plant, SampledInput};
 use thiserror::Error;
 
 /// States of a plant at requested times.
@@ -106,14 +106,16 @@ pub fn rk4_sampled(
     let mut x = x0.to_vec();
     let mut states = Vec::with_capacity(times.len() * width);
     states.extend_from_slice(&x);
+    let sampled = SampledInput { times, values: inputs, hold };
     for (k, pair) in times.windows(2).enumerate() {
         let here = &inputs[k * m..(k + 1) * m];
         let after = hold.end_of_step(k);
         let next = &inputs[after * m..(after + 1) * m];
         let segment = Segment { from: pair[0], to: pair[1], here, next };
+        let input: &dyn Input = if hold == Hold::BandLimited { &sampled } else { &segment };
         let h = (pair[1] - pair[0]) / substeps as f64;
         for s in 0..substeps {
-            stepper.step(plant, &segment, pair[0] + s as f64 * h, h, &mut x);
+            stepper.step(plant, input, pair[0] + s as f64 * h, h, &mut x);
         }
         if let Some(state) = x.iter().position(|v| !v.is_finite()) {
             return Err(SimulationError::Diverged { time: pair[1], state });

@@ -1,7 +1,7 @@
 //! Derivatives of a simulation against differences of two simulations.
 
 use lacuna_numbers::{Dual, Number};
-use lacuna_plants::model::Direction;
+use lacuna_plants::model::{Direction, StepInput};
 use lacuna_plants::{Model, System};
 
 const ARM: &str = r#"
@@ -58,7 +58,7 @@ fn run(model: &Model, parameters: &[f64], effects: usize, moved: f64, start: &[f
     for k in 0..SAMPLES {
         let t = STEP * k as f64;
         let u = [3.0 * (4.0 * t).sin(), (7.0 * t).cos()];
-        system.advance(&mut w, (t, t + STEP), (&u, &u), 2, &mut x);
+        system.advance(&mut w, (t, t + STEP), StepInput::Line(&u, &u), 2, &mut x);
     }
     x
 }
@@ -83,7 +83,7 @@ fn a_simulation_carries_its_derivatives() {
     for k in 0..SAMPLES {
         let t = STEP * k as f64;
         let u = [3.0 * (4.0 * t).sin(), (7.0 * t).cos()].map(Dual::constant);
-        system.advance(&mut w, (t, t + STEP), (&u, &u), 2, &mut x);
+        system.advance(&mut w, (t, t + STEP), StepInput::Line(&u, &u), 2, &mut x);
     }
     let base = run(&model, &p, 0, 0.0, &start);
     let h = 1e-6;

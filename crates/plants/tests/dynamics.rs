@@ -2,7 +2,7 @@
 
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::dynamics::{Dynamics, Exact, GenericSimulator, Mass, Point, Sizes};
-use lacuna_plants::model::{Augmentation, BuildError, Builder, NameError, NewEffect};
+use lacuna_plants::model::{Augmentation, BuildError, Builder, NameError, NewEffect, StepInput};
 use lacuna_plants::{Model, System};
 use std::sync::Arc;
 
@@ -95,7 +95,7 @@ fn rollout(model: &Model) -> Vec<f64> {
     for k in 0..200 {
         let t = 0.01 * f64::from(k);
         let u = [3.0 * (4.0 * t).sin()];
-        system.advance(&mut room, (t, t + 0.01), (&u, &u), 2, &mut x);
+        system.advance(&mut room, (t, t + 0.01), StepInput::Line(&u, &u), 2, &mut x);
     }
     x
 }
@@ -305,7 +305,7 @@ fn a_simulation_along_closures_carries_the_derivatives_of_the_text() {
         for k in 0..100 {
             let t = 0.01 * f64::from(k);
             let u = [Dual::constant(3.0 * (4.0 * t).sin())];
-            system.advance(&mut room, (t, t + 0.01), (&u, &u), 1, &mut x);
+            system.advance(&mut room, (t, t + 0.01), StepInput::Line(&u, &u), 1, &mut x);
         }
         x
     };
@@ -360,9 +360,9 @@ fn a_closure_of_changing_length_diverges() {
         .expect("right at rest");
     let system = System::new(&model);
     let (mut x, mut room) = (vec![0.0, 1.0], system.workspace());
-    system.advance(&mut room, (0.0, 0.1), (&[], &[]), 1, &mut x);
+    system.advance(&mut room, (0.0, 0.1), StepInput::Line(&[], &[]), 1, &mut x);
     assert!((x[0] - 0.1).abs() < 1e-15);
-    system.advance(&mut room, (1.0, 1.1), (&[], &[]), 1, &mut x);
+    system.advance(&mut room, (1.0, 1.1), StepInput::Line(&[], &[]), 1, &mut x);
     assert!(x[1].is_nan());
 }
 

@@ -4,6 +4,7 @@
 //! row of dense output can be wrong: time is carried as one more state, only sparse output is
 //! read, and each interval in which the input is smooth is integrated on its own.
 
+use lacuna_plants::model::StepInput;
 use lacuna_plants::{Hold, Model, Plant, System as Simulated};
 use ode_solvers::{DVector, Dopri5, OutputType, System};
 
@@ -90,7 +91,13 @@ fn error(plant: &Simulated, hold: Hold, substeps: usize, oracle: &[Vec<f64>]) ->
     let mut worst = 0.0f64;
     for (k, expected) in oracle[1..].iter().enumerate() {
         let times = (STEP * k as f64, STEP * (k + 1) as f64);
-        plant.advance(&mut room, times, (&[input(k)], &[next(k, hold)]), substeps, &mut x);
+        plant.advance(
+            &mut room,
+            times,
+            StepInput::Line(&[input(k)], &[next(k, hold)]),
+            substeps,
+            &mut x,
+        );
         for (found, expected) in x.iter().zip(expected) {
             worst = worst.max((found - expected).abs());
         }

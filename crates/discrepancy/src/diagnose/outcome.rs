@@ -5,7 +5,8 @@ use super::proof::{Proved, Proving};
 use crate::dataset::{Dataset, Observed, clean};
 use crate::decision::Decision;
 use crate::diagnosis::{
-    Calibration, ChannelFit, DataUsed, Diagnosis, Finding, ProofOutcome, SCHEMA, Verdict,
+    Calibration, ChannelFit, DataUsed, Diagnosis, Finding, Integration, ProofOutcome, SCHEMA,
+    Verdict,
 };
 use crate::likelihood::{End, Problem};
 use crate::search::Found;
@@ -78,6 +79,7 @@ impl<'a> Ladder<'a> {
         let proved = if refused { self.proved_as_given(proved) } else { proved };
         // The location tells what is missing; nothing explains it where the findings are refused.
         let findings = if refused { vec![] } else { findings };
+        notes.extend(inexact(proved.integration));
         let diagnosis = Diagnosis {
             schema: SCHEMA,
             model: self.problem.model.name.clone(),
@@ -90,6 +92,7 @@ impl<'a> Ladder<'a> {
             fit: proved.fit,
             ladder: self.rungs(),
             driving: self.driving(),
+            integration: proved.integration,
             data: self.data(),
             notes,
         };
@@ -250,6 +253,16 @@ impl<'a> Ladder<'a> {
             version: env!("CARGO_PKG_VERSION").to_owned(),
         }
     }
+}
+
+/// What is to be said of predictions that more steps would still change.
+fn inexact(integration: Integration) -> Option<String> {
+    let Integration { steps_a_sample, error_over_noise } = integration;
+    (error_over_noise > crate::prediction::INTEGRATION_TOLERANCE).then(|| {
+        format!(
+            "Predictions are integrated in {steps_a_sample} steps a sample, and as many again would still change them by {error_over_noise:.2} of the noise: the model is stiff, or sampled slowly."
+        )
+    })
 }
 
 /// What is told where the proof fails.

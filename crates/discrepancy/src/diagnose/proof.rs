@@ -15,7 +15,7 @@
 use super::{Proof, duration};
 use crate::dataset::{Dataset, Observed};
 use crate::decision::Decision;
-use crate::diagnosis::{ChannelFit, Fit, ProofOutcome};
+use crate::diagnosis::{ChannelFit, Fit, Integration, ProofOutcome};
 use crate::prediction::{DEFAULT_WARMUP, Prediction, Predictor, windows};
 use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
@@ -41,6 +41,7 @@ pub(super) struct Proved {
     pub outcome: ProofOutcome,
     pub fit: Fit,
     pub proofs: Vec<Proof>,
+    pub integration: Integration,
 }
 
 /// Predictions of one recording, over windows and running free.
@@ -71,7 +72,9 @@ impl Proving<'_> {
         let proofs = recordings
             .map(|(o, (b, a))| Proof { observed: o.clone(), before: b.free, after: a.free })
             .collect();
-        Proved { outcome, fit, proofs }
+        let (parameters, effects) = after.unwrap_or(before);
+        let predictor = Predictor::with(self.model, parameters, effects, self.held_out);
+        Proved { outcome, fit, proofs, integration: predictor.integration() }
     }
 
     fn runs(&self, data: &Dataset, horizon: f64, (parameters, effects): Says) -> Vec<Runs> {

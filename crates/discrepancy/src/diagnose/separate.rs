@@ -3,7 +3,7 @@
 use super::outcome::Ladder;
 use crate::diagnosis::Experiment;
 use crate::likelihood::Hypothesis;
-use lacuna_plants::model::{SeriesEffect, System, effective_inputs};
+use lacuna_plants::model::{SeriesEffect, StepInput, System, effective_inputs};
 use rayon::prelude::*;
 
 /// Frequencies that are tried, and amplitudes as shares of the largest command so far.
@@ -110,7 +110,13 @@ impl Ladder<'_> {
                 series.push(*value);
             }
             let substeps = self.found.chosen.substeps;
-            system.advance(&mut workspace, (times[k], times[k + 1]), (u, u), substeps, &mut x);
+            system.advance(
+                &mut workspace,
+                (times[k], times[k + 1]),
+                StepInput::Line(u, u),
+                substeps,
+                &mut x,
+            );
         }
         Some(out)
     }

@@ -7,7 +7,7 @@ use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_numbers::Number;
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, System, sensed};
+use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, StepInput, System, sensed};
 
 /// A hypothesis on one recording in one kind of number.
 pub(super) struct Chain<'p, T: Number> {
@@ -47,6 +47,8 @@ impl<T: Number> Chain<'_, T> {
         let mut innovations = vec![T::constant(0.0); count];
         let times = &observed.times;
         let (mut here, mut next) = (self.input(w.range.start), self.input(w.range.start));
+        let stages = self.stages(w);
+        let rows = 2 * self.run.substeps * here.len();
         for (at, k) in w.range.clone().enumerate() {
             self.input_at(k, &mut here);
             problem.observation.evaluate(&self.bound, times[k], state, &here, &mut y);
@@ -67,13 +69,32 @@ impl<T: Number> Chain<'_, T> {
             if k + 1 == times.len() {
                 break;
             }
-            self.input_at(problem.model.hold.end_of_step(k), &mut next);
+            let input = if stages.is_empty() {
+                self.input_at(problem.model.hold.end_of_step(k), &mut next);
+                StepInput::Line(&here, &next)
+            } else {
+                StepInput::Stages(&stages[at * rows..(at + 1) * rows + here.len()])
+            };
             let span = (times[k], times[k + 1]);
-            self.system.advance(&mut workspace, span, (&here, &next), self.run.substeps, state);
+            self.system.advance(&mut workspace, span, input, self.run.substeps, state);
             self.run.check(k + 1, state)?;
         }
         self.sense(&times[w.range.clone()], &mut out);
         Ok(out)
+    }
+
+    /// What the stages of the steps from each sample of a window see of the inputs.
+    fn stages(&self, w: &Window) -> Vec<T> {
+        let (problem, times) = (self.run.problem, &self.run.observed().times[..]);
+        let (m, hold) = (problem.model.inputs.len(), problem.model.hold);
+        let (range, substeps) = (w.range.start..w.range.end + 1, self.run.substeps);
+        match &self.inputs {
+            Inputs::Fixed(inputs) => {
+                let plain = hold.stages((times, inputs), range, m, substeps);
+                plain.into_iter().map(T::constant).collect()
+            }
+            Inputs::Moving(inputs) => hold.stages((times, inputs), range, m, substeps),
+        }
     }
 
     fn input(&self, k: usize) -> Vec<T> {

@@ -16,7 +16,7 @@ use super::sweep::Run;
 use super::{ProcessNoise, Window};
 use lacuna_numbers::{Dual, LANES, Linear, Number};
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Direction, Measured, System, Workspace};
+use lacuna_plants::model::{Direction, Measured, StepInput, System, Workspace};
 use pulp::Simd;
 use std::ops::Range;
 
@@ -255,8 +255,8 @@ struct Chunk {
     bound: Bound<Dual>,
     workspace: Workspace<Dual>,
     state: Vec<Dual>,
-    here: Vec<Dual>,
-    next: Vec<Dual>,
+    /// Rows of inputs along a step.
+    inputs: Vec<Dual>,
 }
 
 impl Chunk {
@@ -275,8 +275,7 @@ impl Chunk {
             workspace: system.workspace(),
             system,
             state: vec![zero; width],
-            here: vec![zero; model.inputs.len()],
-            next: vec![zero; model.inputs.len()],
+            inputs: vec![],
         }
     }
 
@@ -330,17 +329,27 @@ impl Linearising<'_> {
         let size = maps.width * maps.columns;
         let map = &mut maps.steps[k * size..(k + 1) * size];
         let span = (times[k], times[k + 1]);
+        let held = model.hold;
+        let stages = held.stages((times, &maps.inputs), k..k + 2, m, run.substeps);
+        let row = |k: usize| maps.inputs[k * m..(k + 1) * m].iter().copied();
+        let along: Vec<f64> = match stages.is_empty() {
+            true => row(k).chain(row(held.end_of_step(k))).collect(),
+            false => stages.clone(),
+        };
         for chunk in &mut self.chunks {
             for (i, x) in state.iter().enumerate() {
                 chunk.state[i] = chunk.seed(*x, i);
             }
-            let after = model.hold.end_of_step(k);
-            for j in 0..m {
-                chunk.here[j] = chunk.seed(maps.inputs[k * m + j], inputs + j);
-                chunk.next[j] = chunk.seed(maps.inputs[after * m + j], inputs + j);
+            chunk.inputs.clear();
+            for (i, u) in along.iter().enumerate() {
+                chunk.inputs.push(chunk.seed(*u, inputs + i % m));
             }
-            let Chunk { system, workspace, state, here, next, .. } = chunk;
-            system.advance(workspace, span, (here, next), run.substeps, state);
+            let Chunk { system, workspace, state, inputs, .. } = chunk;
+            let input = match stages.is_empty() {
+                true => StepInput::Line(&inputs[..m], &inputs[m..]),
+                false => StepInput::Stages(inputs),
+            };
+            system.advance(workspace, span, input, run.substeps, state);
             let lanes = LANES.min(maps.columns - chunk.first);
             for (row, x) in map.chunks_exact_mut(maps.columns).zip(&chunk.state) {
                 row[chunk.first..chunk.first + lanes].copy_from_slice(&x.tangent[..lanes]);

@@ -10,7 +10,7 @@ use lacuna_effects::{Acts, Effect, Law, Scales};
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::Model;
 use lacuna_plants::model::{
-    Direction, ModelEffect, Observation, SeriesEffect, System, effective_inputs,
+    Direction, ModelEffect, Observation, SeriesEffect, StepInput, System, effective_inputs,
 };
 use lacuna_recordings::{Sampling, estimate_noise_pooled};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -183,6 +183,7 @@ impl<'a> Problem<'a> {
         const MOST: usize = 4;
         Predictor::with_substeps(self.model, parameters, effects, self.dataset, 1)
             .needed_substeps(TOLERANCE, MOST)
+            .steps_a_sample
     }
 
     /// Half the range of an entry of the machine's state.
@@ -285,7 +286,13 @@ impl<'a> Problem<'a> {
                     let u: Vec<Dual> =
                         s.inputs[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
                     let h = 1e-3 * self.sample;
-                    system.advance(&mut w, (s.times[k], s.times[k] + h), (&u, &u), 1, &mut x);
+                    system.advance(
+                        &mut w,
+                        (s.times[k], s.times[k] + h),
+                        StepInput::Line(&u, &u),
+                        1,
+                        &mut x,
+                    );
                     let slope = x[c + n].tangent[0] / h;
                     if slope.is_finite() {
                         sum += slope;

@@ -42,10 +42,11 @@ impl<'a> IdentifiedPredictor<'a> {
         if let Some(observed) = dataset.recordings.first() {
             let driving = this.on(observed)?;
             let starts = substeps::stretches(observed).map(|s| (driving.guess(s.start), s));
-            this.substeps =
+            let needed =
                 substeps::fewest(dataset, (substeps::TOLERANCE, substeps::MOST), |steps| {
                     starts.each_ref().map(|(state, s)| driving.run_with(s.clone(), state, steps))
                 });
+            this.substeps = needed.steps_a_sample;
         }
         Ok(this)
     }

@@ -9,6 +9,7 @@ mod substeps;
 pub use identified::IdentifiedPredictor;
 
 pub use model::Predictor;
+pub use substeps::TOLERANCE as INTEGRATION_TOLERANCE;
 
 use crate::dataset::Observed;
 use std::ops::Range;

@@ -3,9 +3,10 @@
 use super::state::{self, Runner};
 use super::{Prediction, Series, substeps};
 use crate::dataset::{Dataset, Observed};
+use crate::diagnosis::Integration;
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect, sensed};
+use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect, StepInput, sensed};
 use lacuna_plants::{Model, System};
 use std::ops::Range;
 
@@ -17,7 +18,7 @@ pub struct Predictor<'a> {
     plain: InNumbers<f64>,
     dataset: &'a Dataset,
     weights: Vec<f64>,
-    substeps: usize,
+    integration: Integration,
 }
 
 /// A model in one kind of number.
@@ -49,7 +50,7 @@ impl<'a> Predictor<'a> {
         dataset: &'a Dataset,
     ) -> Self {
         let mut this = Self::with_substeps(model, parameters, effects, dataset, 1);
-        this.substeps = this.needed_substeps(substeps::TOLERANCE, substeps::MOST);
+        this.integration = this.needed_substeps(substeps::TOLERANCE, substeps::MOST);
         this
     }
 
@@ -72,13 +73,14 @@ impl<'a> Predictor<'a> {
             sensors: SeriesEffect::sensors(effects),
         };
         let parameters = parameters.to_vec();
-        Self { model, parameters, observation, plain, dataset, weights, substeps }
+        let integration = Integration { steps_a_sample: substeps, error_over_noise: f64::INFINITY };
+        Self { model, parameters, observation, plain, dataset, weights, integration }
     }
 
     /// RK4 steps between two samples, at most so many, whose error stays below a share of the
     /// noise.
-    pub(crate) fn needed_substeps(&self, tolerance: f64, most: usize) -> usize {
-        let Some(observed) = self.dataset.recordings.first() else { return 1 };
+    pub(crate) fn needed_substeps(&self, tolerance: f64, most: usize) -> Integration {
+        let Some(observed) = self.dataset.recordings.first() else { return self.integration };
         let driven = self.drive(observed);
         let starts = substeps::stretches(observed).map(|s| (self.guess(observed, s.start), s));
         substeps::fewest(self.dataset, (tolerance, most), |steps| {
@@ -86,6 +88,12 @@ impl<'a> Predictor<'a> {
                 self.run(&self.plain, &driven, (s.clone(), steps), &mut state.clone())
             })
         })
+    }
+
+    /// How its predictions are integrated.
+    #[must_use]
+    pub fn integration(&self) -> Integration {
+        self.integration
     }
 
     fn drive<'b>(&self, observed: &'b Observed) -> Driven<'b> {
@@ -122,6 +130,10 @@ impl<'a> Predictor<'a> {
         let mut y = vec![T::constant(0.0); count];
         let mut here: Vec<T> = input(range.start).collect();
         let mut next = here.clone();
+        let hold = self.model.hold;
+        let stages = hold.stages((&observed.times, effective), range.clone(), m, substeps);
+        let stages: Vec<T> = stages.into_iter().map(T::constant).collect();
+        let rows = 2 * substeps * m;
         for (at, k) in range.clone().enumerate() {
             if !state.iter().all(|x| x.value().is_finite()) {
                 break;
@@ -132,11 +144,14 @@ impl<'a> Predictor<'a> {
             if k + 1 == range.end {
                 break;
             }
-            next.iter_mut()
-                .zip(input(self.model.hold.end_of_step(k)))
-                .for_each(|(u, given)| *u = given);
+            let along = if stages.is_empty() {
+                next.iter_mut().zip(input(hold.end_of_step(k))).for_each(|(u, given)| *u = given);
+                StepInput::Line(&here, &next)
+            } else {
+                StepInput::Stages(&stages[at * rows..(at + 1) * rows + m])
+            };
             let span = (times[at], times[at + 1]);
-            model.system.advance(&mut workspace, span, (&here, &next), substeps, state);
+            model.system.advance(&mut workspace, span, along, substeps, state);
         }
         for (series, output) in outputs.iter_mut().zip(&self.dataset.outputs) {
             let Measured::State(entry) = output.of else { continue };
@@ -202,8 +217,9 @@ impl Runner for Driving<'_, '_> {
     }
 
     fn run(&self, range: Range<usize>, x0: &[f64]) -> Series {
-        let Predictor { plain, substeps, .. } = self.predictor;
-        self.predictor.run(plain, self.driven, (range, *substeps), &mut x0.to_vec())
+        let Predictor { plain, integration, .. } = self.predictor;
+        let steps = (range, integration.steps_a_sample);
+        self.predictor.run(plain, self.driven, steps, &mut x0.to_vec())
     }
 
     /// Exact: the entries of the state in the lanes of dual numbers.
@@ -211,7 +227,7 @@ impl Runner for Driving<'_, '_> {
         let along = |first: usize| {
             let seed = |(i, x): (usize, &f64)| Dual::among(*x, i, first);
             let mut state: Vec<Dual> = x0.iter().enumerate().map(seed).collect();
-            let steps = (range.clone(), self.predictor.substeps);
+            let steps = (range.clone(), self.predictor.integration.steps_a_sample);
             let outputs = self.predictor.run(&self.dual, self.driven, steps, &mut state);
             let lane = |l: usize| -> Series {
                 let of = |series: &Vec<Dual>| series.iter().map(|y| y.tangent[l]).collect();

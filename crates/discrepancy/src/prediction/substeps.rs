@@ -2,12 +2,13 @@
 
 use super::Series;
 use crate::dataset::{Dataset, Observed};
+use crate::diagnosis::Integration;
 use std::ops::Range;
 
 /// Most RK4 steps between two samples.
 pub(super) const MOST: usize = 32;
 /// Error of the steps as a share of the noise.
-pub(super) const TOLERANCE: f64 = 0.01;
+pub const TOLERANCE: f64 = 0.01;
 
 /// Three stretches of a recording on which steps are compared.
 pub(super) fn stretches(observed: &Observed) -> [Range<usize>; 3] {
@@ -22,20 +23,21 @@ pub(super) fn fewest(
     dataset: &Dataset,
     (tolerance, most): (f64, usize),
     runs: impl Fn(usize) -> [Series; 3],
-) -> usize {
+) -> Integration {
     let mut substeps = 1;
     let mut coarse = runs(substeps);
+    let mut error = f64::INFINITY;
     while substeps < most {
         substeps *= 2;
         let fine = runs(substeps);
         let pairs = coarse.iter().zip(&fine);
-        let change = pairs.map(|(a, b)| weighted_distance(dataset, a, b)).fold(0.0, f64::max);
-        if change < tolerance {
-            return substeps / 2;
+        error = pairs.map(|(a, b)| weighted_distance(dataset, a, b)).fold(0.0, f64::max);
+        if error < tolerance {
+            return Integration { steps_a_sample: substeps / 2, error_over_noise: error };
         }
         coarse = fine;
     }
-    substeps
+    Integration { steps_a_sample: substeps, error_over_noise: error }
 }
 
 /// Largest difference of two sets of series in units of the noise, or of a thousandth of

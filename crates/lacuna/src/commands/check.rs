@@ -85,6 +85,7 @@ impl Report {
             recordings: recordings.iter().map(Run::of).collect(),
             input_hold: match model.hold {
                 Hold::ZeroOrder => "zero-order",
+                Hold::BandLimited => "band-limited",
                 Hold::Linear => "linear",
             },
             channels: channels::channels(model, recordings, dataset)?,

@@ -117,6 +117,7 @@ impl Default for RawRecordings {
 enum RawHold {
     ZeroOrder,
     Linear,
+    BandLimited,
 }
 
 impl Model {
@@ -228,6 +229,7 @@ impl Reader<'_> {
         let (time_column, hold) = match raw.recordings.input_hold {
             RawHold::ZeroOrder => (raw.recordings.time, Hold::ZeroOrder),
             RawHold::Linear => (raw.recordings.time, Hold::Linear),
+            RawHold::BandLimited => (raw.recordings.time, Hold::BandLimited),
         };
         let quantity = |name: &Spanned<String>, unit: &String| Quantity {
             name: name.get_ref().clone(),

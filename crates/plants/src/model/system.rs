@@ -166,13 +166,12 @@ impl<T: Number> System<T> {
         }
     }
 
-    /// Advance the state from `times.0` to `times.1` by `substeps` RK4 steps, the input on a
-    /// straight line from `inputs.0` to `inputs.1`.
+    /// Advance the state from `times.0` to `times.1` by `substeps` RK4 steps.
     pub fn advance(
         &self,
         w: &mut Workspace<T>,
         times: (f64, f64),
-        inputs: (&[T], &[T]),
+        inputs: StepInput<T>,
         substeps: usize,
         state: &mut [T],
     ) {
@@ -185,18 +184,18 @@ impl<T: Number> System<T> {
         bound: &B,
         w: &mut Workspace<T>,
         times: (f64, f64),
-        inputs: (&[T], &[T]),
+        inputs: StepInput<T>,
         substeps: usize,
         state: &mut [T],
     ) {
         let h = (times.1 - times.0) / substeps as f64;
         for s in 0..substeps {
-            let share = |c: f64| (s as f64 + c) / substeps as f64;
+            let part = |c: usize| (2 * s + c, 2 * substeps);
             let t = times.0 + s as f64 * h;
-            self.stage(bound, w, 0, (t, share(0.0)), inputs, (state, 0.0));
-            self.stage(bound, w, 1, (t + 0.5 * h, share(0.5)), inputs, (state, 0.5 * h));
-            self.stage(bound, w, 2, (t + 0.5 * h, share(0.5)), inputs, (state, 0.5 * h));
-            self.stage(bound, w, 3, (t + h, share(1.0)), inputs, (state, h));
+            self.stage(bound, w, 0, (t, part(0)), inputs, (state, 0.0));
+            self.stage(bound, w, 1, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
+            self.stage(bound, w, 2, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
+            self.stage(bound, w, 3, (t + h, part(2)), inputs, (state, h));
             let [k1, k2, k3, k4] = &w.slope;
             for (i, x) in state.iter_mut().enumerate() {
                 let sum = k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
@@ -212,13 +211,11 @@ impl<T: Number> System<T> {
         bound: &B,
         w: &mut Workspace<T>,
         k: usize,
-        (t, share): (f64, f64),
-        (here, next): (&[T], &[T]),
+        (t, part): (f64, (usize, usize)),
+        inputs: StepInput<T>,
         (state, step): (&[T], f64),
     ) {
-        for (u, (a, b)) in w.input.iter_mut().zip(here.iter().zip(next)) {
-            *u = *a + (*b - *a) * share;
-        }
+        inputs.at(part, &mut w.input);
         w.stage.copy_from_slice(state);
         if k > 0 {
             for (x, slope) in w.stage.iter_mut().zip(&w.slope[k - 1]) {
@@ -260,12 +257,41 @@ impl<T: Number> System<T> {
     }
 }
 
+/// The inputs along a step from sample to sample.
+#[derive(Clone, Copy, Debug)]
+pub enum StepInput<'a, T> {
+    /// On a straight line from the first row to the second.
+    Line(&'a [T], &'a [T]),
+    /// At the beginning, the middle and the end of each of the Runge-Kutta steps, row by row
+    /// ([`crate::Hold::stages`]).
+    Stages(&'a [T]),
+}
+
+impl<T: Number> StepInput<'_, T> {
+    /// At the `part.0`-th of `part.1` parts of the step.
+    #[inline(always)]
+    fn at(self, part: (usize, usize), u: &mut [T]) {
+        match self {
+            Self::Line(here, next) => {
+                let share = part.0 as f64 / part.1 as f64;
+                for (u, (a, b)) in u.iter_mut().zip(here.iter().zip(next)) {
+                    *u = *a + (*b - *a) * share;
+                }
+            }
+            Self::Stages(rows) => {
+                let from = part.0 * u.len();
+                u.copy_from_slice(&rows[from..from + u.len()]);
+            }
+        }
+    }
+}
+
 /// A call of [`System::advance`], on its way through the dynamics.
 pub struct Step<'a, T: Number> {
     system: &'a System<T>,
     workspace: &'a mut Workspace<T>,
     times: (f64, f64),
-    inputs: (&'a [T], &'a [T]),
+    inputs: StepInput<'a, T>,
     substeps: usize,
     state: &'a mut [T],
 }
