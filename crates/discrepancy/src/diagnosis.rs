@@ -74,13 +74,13 @@ pub struct Driving {
     pub forces: BTreeMap<String, RandomForce>,
 }
 
-/// How motion is integrated from sample to sample: in steps that are halved until predictions change
-/// by less than a hundredth of the noise.
+/// How motion is integrated from sample to sample: in steps that are halved until that changes
+/// predictions by less than a hundredth of the noise, at most five times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Integration {
     /// Runge-Kutta steps from one sample to the next.
     pub steps_a_sample: usize,
-    /// Largest change of a prediction by halving them once more, in units of the noise (of a
+    /// Largest change of a prediction by the last halving that was tried, in units of the noise (of a
     /// thousandth of the channel's range, where that is more).
     #[serde(with = "infinite_as_null")]
     pub error_over_noise: f64,

@@ -160,17 +160,28 @@ impl SmoothedRecording {
         shape: &[f64],
         channels: &[Channel],
     ) -> Vec<Vec<f64>> {
-        let mut memory = vec![0.0; law.memory()];
-        law.memory_at_rest(&self.at(channels, 0), &mut memory);
-        let motion = self.seen(channels, &memory);
-        let mut series = vec![Vec::with_capacity(self.len()); law.amplitudes()];
-        law.plain().series(shape, &motion, &mut series);
-        series
+        let mut basis = vec![];
+        self.bases(law, std::iter::once(shape), channels, |_, series| basis = series);
+        basis
     }
 
-    /// What a force law sees at every sample, with this memory at the first.
-    #[must_use]
-    pub fn seen<'s>(&'s self, channels: &'s [Channel], memory: &'s [f64]) -> Vec<At<'s>> {
-        (0..self.len()).map(|k| At { memory, ..self.at(channels, k) }).collect()
+    /// The basis of a force law along the recording for each of some shapes: see
+    /// [`Self::basis`].
+    pub fn bases<'s>(
+        &self,
+        law: &dyn AnyForceLaw,
+        shapes: impl Iterator<Item = &'s [f64]>,
+        channels: &[Channel],
+        mut each: impl FnMut(&[f64], Vec<Vec<f64>>),
+    ) {
+        let mut memory = vec![0.0; law.memory()];
+        law.memory_at_rest(&self.at(channels, 0), &mut memory);
+        let seen = |k: usize| At { memory: &memory, ..self.at(channels, k) };
+        let motion: Vec<At> = (0..self.len()).map(seen).collect();
+        for shape in shapes {
+            let mut series = vec![Vec::with_capacity(motion.len()); law.amplitudes()];
+            law.plain().series(shape, &motion, &mut series);
+            each(shape, series);
+        }
     }
 }

@@ -161,39 +161,39 @@ impl<T: Number> Memory<T> {
 
     /// From one sample to the next by the midpoint rule.
     #[inline(always)]
-    fn advance<L: ForceLaw + ?Sized>(&mut self, law: &L, shape: &[T], way: (&At<T>, &At<T>)) {
+    fn advance<L: ForceLaw>(&mut self, law: &L, shape: &[T], way: (&At<T>, &At<T>)) {
         const STEPS: usize = 4;
         let h = (way.1.t - way.0.t) / STEPS as f64;
         for k in 0..STEPS {
             let begin = k as f64 / STEPS as f64;
-            self.rate(law, shape, way, begin, false);
-            for (m, (z, r)) in self.middle.iter_mut().zip(self.now.iter().zip(&self.rate)) {
-                *m = *z + *r * (0.5 * h);
+            self.middle.copy_from_slice(&self.now);
+            self.rate(law, shape, way, begin);
+            for (z, r) in self.middle.iter_mut().zip(&self.rate) {
+                *z = *z + *r * (0.5 * h);
             }
-            self.rate(law, shape, way, begin + 0.5 / STEPS as f64, true);
+            self.rate(law, shape, way, begin + 0.5 / STEPS as f64);
             for (z, r) in self.now.iter_mut().zip(&self.rate) {
                 *z = *z + *r * h;
             }
         }
     }
 
-    /// Its rate after a share of the way between two samples, along a straight line.
+    /// The rate of what is in the middle after a share of the way between two samples, along a
+    /// straight line.
     #[inline(always)]
-    fn rate<L: ForceLaw + ?Sized>(
+    fn rate<L: ForceLaw>(
         &mut self,
         law: &L,
         shape: &[T],
         (from, to): (&At<T>, &At<T>),
         share: f64,
-        in_the_middle: bool,
     ) {
-        let Self { now, middle, rate, state } = self;
+        let Self { middle, rate, state, .. } = self;
         for (x, (a, b)) in state.iter_mut().zip(from.state.iter().zip(to.state)) {
             *x = *a + (*b - *a) * share;
         }
         let t = from.t + share * (to.t - from.t);
-        let memory = if in_the_middle { &*middle } else { &*now };
-        let at = At { t, state, memory, ..*from };
+        let at = At { t, state, memory: middle, ..*from };
         rate.copy_from_slice(law.memory_rate(shape, &at).as_ref());
     }
 }

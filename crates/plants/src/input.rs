@@ -1,10 +1,12 @@
 //! Inputs as functions of time, and how sampled ones are held between samples.
 
-use lacuna_numbers::Linear;
+use lacuna_numbers::{Linear, Number};
+use serde::Deserialize;
 use std::ops::Range;
 
 /// How a sampled input behaves between its samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
 pub enum Hold {
     /// The last sample is kept until the next one.
     #[default]
@@ -17,59 +19,135 @@ pub enum Hold {
 }
 
 impl Hold {
-    /// The sample whose input is there at the end of the step from sample `k` to the next.
+    /// A sampled input, rows of `m`, along the steps between the samples of a range, each taken in
+    /// `substeps` Runge-Kutta steps.
     #[must_use]
-    pub fn end_of_step(self, k: usize) -> usize {
-        match self {
-            Self::ZeroOrder => k,
-            Self::Linear | Self::BandLimited => k + 1,
-        }
-    }
-
-    /// Of a series with rows of `m`, what the stages of `substeps` Runge-Kutta steps a sample see
-    /// in a range of samples: `2 substeps` rows a sample, the sample itself and those between it and
-    /// the next, and the last sample. Empty where straight lines, or nothing, lie between the samples.
-    #[must_use]
-    pub fn stages<T: Linear>(
+    pub fn along<T: Linear>(
         self,
         (times, values): (&[f64], &[T]),
         range: Range<usize>,
         m: usize,
         substeps: usize,
-    ) -> Vec<T> {
-        if self != Self::BandLimited || range.is_empty() {
-            return vec![];
-        }
-        let parts = 2 * substeps;
-        let mut stages = Vec::with_capacity((range.len() * parts + 1) * m);
-        // The same for every step far from the ends and evenly sampled.
-        let mut usual: Vec<Vec<f64>> = vec![];
-        let last = (range.end - 1).min(times.len() - 1);
-        for k in range.start..last {
-            stages.extend_from_slice(&values[k * m..(k + 1) * m]);
-            let near = Near::of(times, k);
-            let between = |part| {
-                let t = times[k] + (times[k + 1] - times[k]) * part as f64 / parts as f64;
-                weights(&times[near.samples.clone()], t)
-            };
-            let is_usual = near.even && near.samples.len() == 2 * REACH;
-            if is_usual && usual.is_empty() {
-                usual = (1..parts).map(between).collect();
+    ) -> InputPath<T> {
+        let range = range.start..range.end.min(times.len());
+        match self {
+            Self::ZeroOrder | Self::Linear => {
+                let rows = values[range.start * m..range.end * m].to_vec();
+                InputPath { hold: self, inputs: m, rows_a_sample: 1, rows }
             }
-            for part in 1..parts {
-                let from = stages.len();
-                stages.resize(from + m, T::ZERO);
-                let rows = &values[near.samples.start * m..near.samples.end * m];
-                if is_usual {
-                    weigh(&usual[part - 1], rows, &mut stages[from..]);
-                } else {
-                    weigh(&between(part), rows, &mut stages[from..]);
+            Self::BandLimited => {
+                let rows = between((times, values), range, m, 2 * substeps);
+                InputPath { hold: self, inputs: m, rows_a_sample: 2 * substeps, rows }
+            }
+        }
+    }
+}
+
+/// A sampled input along the steps between some samples.
+#[derive(Clone, Debug)]
+pub struct InputPath<T> {
+    hold: Hold,
+    inputs: usize,
+    /// The sample itself and those between it and the next.
+    rows_a_sample: usize,
+    rows: Vec<T>,
+}
+
+impl<T> InputPath<T> {
+    /// The input at a sample, counted from the first of the range.
+    #[inline(always)]
+    #[must_use]
+    pub fn sample(&self, at: usize) -> &[T] {
+        let from = at * self.rows_a_sample * self.inputs;
+        &self.rows[from..from + self.inputs]
+    }
+
+    /// Along the step from that sample to the next.
+    #[inline(always)]
+    #[must_use]
+    pub fn step(&self, at: usize) -> StepInput<'_, T> {
+        let row = self.rows_a_sample * self.inputs;
+        match self.hold {
+            Hold::ZeroOrder => StepInput::Line(self.sample(at), self.sample(at)),
+            Hold::Linear => StepInput::Line(self.sample(at), self.sample(at + 1)),
+            Hold::BandLimited => {
+                StepInput::Stages(&self.rows[at * row..(at + 1) * row + self.inputs])
+            }
+        }
+    }
+
+    /// The same in another kind of number, given which input each is.
+    #[must_use]
+    pub fn map<U>(&self, into: impl Fn(usize, &T) -> U) -> InputPath<U> {
+        let rows = self.rows.iter().enumerate().map(|(i, u)| into(i % self.inputs, u)).collect();
+        InputPath { hold: self.hold, inputs: self.inputs, rows_a_sample: self.rows_a_sample, rows }
+    }
+}
+
+/// The inputs along a step from sample to sample.
+#[derive(Clone, Copy, Debug)]
+pub enum StepInput<'a, T> {
+    /// On a straight line from the first row to the second.
+    Line(&'a [T], &'a [T]),
+    /// At the beginning, the middle and the end of each of the Runge-Kutta steps, row by row.
+    Stages(&'a [T]),
+}
+
+impl<T: Number> StepInput<'_, T> {
+    /// At the `part.0`-th of `part.1` parts of the step.
+    #[inline(always)]
+    pub(crate) fn at(self, part: (usize, usize), u: &mut [T]) {
+        match self {
+            Self::Line(here, next) => {
+                let share = part.0 as f64 / part.1 as f64;
+                for (u, (a, b)) in u.iter_mut().zip(here.iter().zip(next)) {
+                    *u = *a + (*b - *a) * share;
                 }
             }
+            Self::Stages(rows) => {
+                let from = part.0 * u.len();
+                u.copy_from_slice(&rows[from..from + u.len()]);
+            }
         }
-        stages.extend_from_slice(&values[last * m..(last + 1) * m]);
-        stages
     }
+}
+
+/// Of a band-limited series with rows of `m`: `parts` rows a sample of a range, the sample itself
+/// and those between it and the next, and the last sample.
+fn between<T: Linear>(
+    (times, values): (&[f64], &[T]),
+    range: Range<usize>,
+    m: usize,
+    parts: usize,
+) -> Vec<T> {
+    let mut rows = Vec::with_capacity((range.len() * parts + 1) * m);
+    let Some(last) = range.clone().last() else { return rows };
+    // The same for every step far from the ends and evenly sampled.
+    let mut usual: Vec<Vec<f64>> = vec![];
+    for k in range.start..last {
+        rows.extend_from_slice(&values[k * m..(k + 1) * m]);
+        let near = Near::of(times, k);
+        let weights = |part| {
+            let t = times[k] + (times[k + 1] - times[k]) * part as f64 / parts as f64;
+            weights(&times[near.samples.clone()], t)
+        };
+        let is_usual = near.even && near.samples.len() == 2 * REACH;
+        if is_usual && usual.is_empty() {
+            usual = (1..parts).map(weights).collect();
+        }
+        for part in 1..parts {
+            let from = rows.len();
+            rows.resize(from + m, T::ZERO);
+            let about = &values[near.samples.start * m..near.samples.end * m];
+            if is_usual {
+                weigh(&usual[part - 1], about, &mut rows[from..]);
+            } else {
+                weigh(&weights(part), about, &mut rows[from..]);
+            }
+        }
+    }
+    rows.extend_from_slice(&values[last * m..(last + 1) * m]);
+    rows
 }
 
 /// Samples on either side whose polynomial is as good as band-limited up to two thirds of the
@@ -226,8 +304,10 @@ mod tests {
         let values: Vec<f64> = times.iter().map(|&t| signal(t)).collect();
         let hold = Hold::BandLimited;
         let input = SampledInput { times: &times, values: &values, hold };
-        let stages = hold.stages((&times, &values), 0..200, 1, 2);
-        assert_eq!(stages.len(), 199 * 4 + 1);
+        let stages = |range| hold.along((&times, &values), range, 1, 2).rows;
+        let part = stages(50..61);
+        let stages = stages(0..200);
+        assert_eq!((stages.len(), part.len()), (199 * 4 + 1, 41));
         for (k, &t) in times[..199].iter().enumerate() {
             for part in 0..4 {
                 let at = t + step * f64::from(part) / 4.0;
@@ -240,10 +320,7 @@ mod tests {
                 assert!(off < 3e-3 || !far, "{at}: {} {}", u[0], signal(at));
             }
         }
-        let part = hold.stages((&times, &values), 50..61, 1, 2);
-        assert_eq!(part.len(), 41);
         assert!(part.iter().zip(&stages[200..]).all(|(a, b)| (a - b).abs() < 1e-9));
-        assert!(Hold::Linear.stages((&times, &values), 0..200, 1, 2).is_empty());
     }
 
     #[test]

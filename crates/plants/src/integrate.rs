@@ -1,6 +1,7 @@
 //! Integration of a plant along an input: fixed-step Runge-Kutta of order 4.
 
-use crate::{Hold, Input, Plant, SampledInput};
+use crate::input::StepInput;
+use crate::{Hold, Input, Plant};
 use thiserror::Error;
 
 /// States of a plant at requested times.
@@ -106,16 +107,12 @@ pub fn rk4_sampled(
     let mut x = x0.to_vec();
     let mut states = Vec::with_capacity(times.len() * width);
     states.extend_from_slice(&x);
-    let sampled = SampledInput { times, values: inputs, hold };
+    let path = hold.along((times, inputs), 0..times.len(), m, substeps);
     for (k, pair) in times.windows(2).enumerate() {
-        let here = &inputs[k * m..(k + 1) * m];
-        let after = hold.end_of_step(k);
-        let next = &inputs[after * m..(after + 1) * m];
-        let segment = Segment { from: pair[0], to: pair[1], here, next };
-        let input: &dyn Input = if hold == Hold::BandLimited { &sampled } else { &segment };
+        let input = Between { times: (pair[0], pair[1]), parts: 2 * substeps, input: path.step(k) };
         let h = (pair[1] - pair[0]) / substeps as f64;
         for s in 0..substeps {
-            stepper.step(plant, input, pair[0] + s as f64 * h, h, &mut x);
+            stepper.step(plant, &input, pair[0] + s as f64 * h, h, &mut x);
         }
         if let Some(state) = x.iter().position(|v| !v.is_finite()) {
             return Err(SimulationError::Diverged { time: pair[1], state });
@@ -125,20 +122,18 @@ pub fn rk4_sampled(
     Ok(Trajectory { times: times.to_vec(), states, width })
 }
 
-/// A straight line between two samples of the input.
-struct Segment<'a> {
-    from: f64,
-    to: f64,
-    here: &'a [f64],
-    next: &'a [f64],
+/// The input between two samples, where the stages of Runge-Kutta steps are.
+struct Between<'a> {
+    times: (f64, f64),
+    parts: usize,
+    input: StepInput<'a, f64>,
 }
 
-impl Input for Segment<'_> {
+impl Input for Between<'_> {
     fn value(&self, _start: f64, t: f64, u: &mut [f64]) {
-        let share = (t - self.from) / (self.to - self.from);
-        for ((u, a), b) in u.iter_mut().zip(self.here).zip(self.next) {
-            *u = a + share * (b - a);
-        }
+        let share = (t - self.times.0) / (self.times.1 - self.times.0);
+        let part = (share * self.parts as f64).round() as usize;
+        self.input.at((part, self.parts), u);
     }
 }
 
@@ -212,7 +207,7 @@ mod tests {
         let times: Vec<f64> =
             (0..60).map(|k| 0.02 * f64::from(k) + 0.003 * f64::from(k % 3)).collect();
         let values: Vec<f64> = times.iter().map(|t| (5.0 * t).sin()).collect();
-        for hold in [Hold::ZeroOrder, Hold::Linear] {
+        for hold in [Hold::ZeroOrder, Hold::Linear, Hold::BandLimited] {
             let input = SampledInput { times: &times, values: &values, hold };
             let plant = Duffing::default();
             let general = rk4(&plant, &[0.3, -1.0], &input, &times, 1.0).expect("finite");

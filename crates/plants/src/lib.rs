@@ -28,7 +28,7 @@ pub mod two_link;
 
 pub use duffing::Duffing;
 pub use dynamics::Dynamics;
-pub use input::{Hold, Input, InputFn, SampledInput, SmoothInput};
+pub use input::{Hold, Input, InputFn, InputPath, SampledInput, SmoothInput};
 pub use integrate::{SimulationError, Trajectory, rk4, rk4_sampled};
 pub use model::{Model, ModelError, System};
 pub use plant::Plant;

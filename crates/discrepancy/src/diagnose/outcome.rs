@@ -259,8 +259,12 @@ impl<'a> Ladder<'a> {
 fn inexact(integration: Integration) -> Option<String> {
     let Integration { steps_a_sample, error_over_noise } = integration;
     (error_over_noise > crate::prediction::INTEGRATION_TOLERANCE).then(|| {
+        let change = match error_over_noise.is_finite() {
+            true => format!("changed them by {error_over_noise:.2} of the noise"),
+            false => "kept them from running away".to_owned(),
+        };
         format!(
-            "Predictions are integrated in {steps_a_sample} steps a sample, and as many again would still change them by {error_over_noise:.2} of the noise: the model is stiff, or sampled slowly."
+            "Predictions are integrated in {steps_a_sample} steps a sample, and the last halving of the steps still {change}: the model is stiff, or sampled slowly."
         )
     })
 }

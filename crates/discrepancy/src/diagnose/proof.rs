@@ -57,12 +57,12 @@ impl Proving<'_> {
         let horizon = duration(self.held_out) / WINDOWS;
         let values = self.model.values();
         let before = (&values[..], &self.model.effects[..]);
-        let runs = |data| -> Vec<(Runs, Runs)> {
+        let runs = |data| -> (Vec<(Runs, Runs)>, Integration) {
             let before = self.runs(data, horizon, before);
             let after = after.map_or_else(|| before.clone(), |says| self.runs(data, horizon, says));
-            before.into_iter().zip(after).collect()
+            (before.0.into_iter().zip(after.0).collect(), after.1)
         };
-        let (held, train) = (runs(self.held_out), runs(self.training));
+        let ((held, integration), (train, _)) = (runs(self.held_out), runs(self.training));
         let fit = Fit {
             held_out: channel_fits(self.held_out, &held, horizon),
             training: channel_fits(self.training, &train, horizon),
@@ -72,18 +72,22 @@ impl Proving<'_> {
         let proofs = recordings
             .map(|(o, (b, a))| Proof { observed: o.clone(), before: b.free, after: a.free })
             .collect();
-        let (parameters, effects) = after.unwrap_or(before);
-        let predictor = Predictor::with(self.model, parameters, effects, self.held_out);
-        Proved { outcome, fit, proofs, integration: predictor.integration() }
+        Proved { outcome, fit, proofs, integration }
     }
 
-    fn runs(&self, data: &Dataset, horizon: f64, (parameters, effects): Says) -> Vec<Runs> {
+    /// A model on some recordings, and how it was integrated there.
+    fn runs(
+        &self,
+        data: &Dataset,
+        horizon: f64,
+        (parameters, effects): Says,
+    ) -> (Vec<Runs>, Integration) {
         let predictor = Predictor::with(self.model, parameters, effects, data);
         let run = |o: &Observed| Runs {
             windows: predictor.windowed(o, horizon),
             free: predictor.free_run(o, warmup(o)),
         };
-        data.recordings.par_iter().map(run).collect()
+        (data.recordings.par_iter().map(run).collect(), predictor.integration())
     }
 
     /// Whether predictions became better or worse, window by window.

@@ -6,8 +6,9 @@ use super::sweep::Run;
 use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_numbers::Number;
+use lacuna_plants::InputPath;
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, StepInput, System, sensed};
+use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, System, sensed};
 
 /// A hypothesis on one recording in one kind of number.
 pub(super) struct Chain<'p, T: Number> {
@@ -46,12 +47,9 @@ impl<T: Number> Chain<'_, T> {
         let mut y = vec![T::constant(0.0); count];
         let mut innovations = vec![T::constant(0.0); count];
         let times = &observed.times;
-        let (mut here, mut next) = (self.input(w.range.start), self.input(w.range.start));
-        let stages = self.stages(w);
-        let rows = 2 * self.run.substeps * here.len();
+        let inputs = self.inputs_along(w);
         for (at, k) in w.range.clone().enumerate() {
-            self.input_at(k, &mut here);
-            problem.observation.evaluate(&self.bound, times[k], state, &here, &mut y);
+            problem.observation.evaluate(&self.bound, times[k], state, inputs.sample(at), &mut y);
             for (series, value) in out.iter_mut().zip(&y) {
                 series.push(*value);
             }
@@ -69,13 +67,7 @@ impl<T: Number> Chain<'_, T> {
             if k + 1 == times.len() {
                 break;
             }
-            let input = if stages.is_empty() {
-                self.input_at(problem.model.hold.end_of_step(k), &mut next);
-                StepInput::Line(&here, &next)
-            } else {
-                StepInput::Stages(&stages[at * rows..(at + 1) * rows + here.len()])
-            };
-            let span = (times[k], times[k + 1]);
+            let (span, input) = ((times[k], times[k + 1]), inputs.step(at));
             self.system.advance(&mut workspace, span, input, self.run.substeps, state);
             self.run.check(k + 1, state)?;
         }
@@ -83,33 +75,16 @@ impl<T: Number> Chain<'_, T> {
         Ok(out)
     }
 
-    /// What the stages of the steps from each sample of a window see of the inputs.
-    fn stages(&self, w: &Window) -> Vec<T> {
+    /// The inputs along a window and the step that leaves it.
+    fn inputs_along(&self, w: &Window) -> InputPath<T> {
         let (problem, times) = (self.run.problem, &self.run.observed().times[..]);
         let (m, hold) = (problem.model.inputs.len(), problem.model.hold);
         let (range, substeps) = (w.range.start..w.range.end + 1, self.run.substeps);
         match &self.inputs {
             Inputs::Fixed(inputs) => {
-                let plain = hold.stages((times, inputs), range, m, substeps);
-                plain.into_iter().map(T::constant).collect()
+                hold.along((times, inputs), range, m, substeps).map(|_, u| T::constant(*u))
             }
-            Inputs::Moving(inputs) => hold.stages((times, inputs), range, m, substeps),
-        }
-    }
-
-    fn input(&self, k: usize) -> Vec<T> {
-        let mut u = vec![T::constant(0.0); self.run.problem.model.inputs.len()];
-        self.input_at(k, &mut u);
-        u
-    }
-
-    fn input_at(&self, k: usize, u: &mut [T]) {
-        let m = u.len();
-        for (j, u) in u.iter_mut().enumerate() {
-            *u = match &self.inputs {
-                Inputs::Fixed(inputs) => T::constant(inputs[k * m + j]),
-                Inputs::Moving(inputs) => inputs[k * m + j],
-            };
+            Inputs::Moving(inputs) => hold.along((times, inputs), range, m, substeps),
         }
     }
 

@@ -12,7 +12,6 @@
 
 use super::Window;
 use super::covariance::Covariance;
-use super::lanes::Lanes;
 use crate::dataset::Observed;
 use lacuna_numbers::Linear;
 
@@ -136,15 +135,15 @@ impl Filter {
     /// Whiten changes of the outputs at sample `at`, in units of the noise, several of each output;
     /// what was not measured has none.
     #[inline(always)]
-    pub(crate) fn whiten_sample<S: pulp::Simd>(&self, simd: S, at: usize, changes: &mut [Lanes]) {
+    pub(super) fn whiten_sample<T: Linear>(&self, at: usize, changes: &mut [T]) {
         let p = self.outputs;
         let (whiteners, each) = (&self.whiteners[at * p * p..(at + 1) * p * p], changes.len() / p);
         // From the last one on: those before it are still as they were.
         for o in (0..p).rev() {
             for g in 0..each {
-                let mut sum = Lanes::ZERO;
+                let mut sum = T::ZERO;
                 for (j, w) in whiteners[o * p..=o * p + o].iter().enumerate() {
-                    sum.add_scaled(simd, &changes[j * each + g], *w);
+                    sum = sum + changes[j * each + g] * *w;
                 }
                 changes[o * each + g] = sum;
             }
@@ -169,13 +168,15 @@ impl Filter {
         columns: impl Iterator<Item = &'c mut Vec<f64>>,
     ) {
         let (p, places) = (self.outputs, places(observed, w));
+        let mut sample = vec![0.0; p];
         for column in columns {
             for (at, row) in places.chunks_exact(p).enumerate() {
-                let whiteners = &self.whiteners[at * p * p..(at + 1) * p * p];
-                // From the last one on: those before it are still as they were.
-                for o in (0..p).rev().filter(|&o| row[o] != NOWHERE) {
-                    let before = (0..=o).filter(|&j| row[j] != NOWHERE);
-                    column[row[o]] = before.map(|j| whiteners[o * p + j] * column[row[j]]).sum();
+                for (value, &place) in sample.iter_mut().zip(row) {
+                    *value = column.get(place).copied().unwrap_or(0.0);
+                }
+                self.whiten_sample(at, &mut sample);
+                for (value, &place) in sample.iter().zip(row) {
+                    column.get_mut(place).into_iter().for_each(|x| *x = *value);
                 }
             }
         }

@@ -295,8 +295,7 @@ impl<'p> Fit<'p> {
         substeps: usize,
         effort: Effort,
     ) -> Result<Self, FitError> {
-        let windowed = self.kept_memory(&hypothesis).fitted_to(self.problem, &hypothesis);
-        let (windowed, left_out) = windowed.part(marked);
+        let (windowed, left_out) = self.windows_for(&hypothesis).part(marked);
         let minimisation = Minimisation::new(self.problem, hypothesis, windowed, substeps);
         Minimisation { left_out, noise: self.noise.clone(), ..minimisation }.run(effort)
     }
@@ -310,13 +309,13 @@ impl<'p> Fit<'p> {
 
     /// What another fit supposes, in the windows of this one, as well as the other follows its own.
     #[must_use]
-    pub fn supposing(&self, other: &Self) -> Self {
-        if other.has_windows_of(self) {
-            return other.clone();
-        }
-        let windowed = self.kept_memory(&other.hypothesis);
-        let windowed = windowed.fitted_to(self.problem, &other.hypothesis);
-        Self { windowed, ..other.clone() }
+    pub fn supposing(&self, other: Self) -> Self {
+        Self { windowed: self.windows_for(&other.hypothesis), ..other }
+    }
+
+    /// The windows for another hypothesis, the memory of new effects at rest.
+    fn windows_for(&self, h: &Hypothesis) -> Windowed {
+        self.kept_memory(h).fitted_to(self.problem, h)
     }
 
     /// The windows for another hypothesis: memory stays as far as effects are the same.

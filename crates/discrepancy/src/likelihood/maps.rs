@@ -15,8 +15,9 @@ use super::lanes::Lanes;
 use super::sweep::Run;
 use super::{ProcessNoise, Window};
 use lacuna_numbers::{Dual, LANES, Linear, Number};
+use lacuna_plants::InputPath;
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Direction, Measured, StepInput, System, Workspace};
+use lacuna_plants::model::{Direction, Measured, System, Workspace};
 use pulp::Simd;
 use std::ops::Range;
 
@@ -166,13 +167,13 @@ impl Maps {
         let (n, c, m, p) = (self.width, self.columns, driven.len(), self.entries.len());
         let (mut d, mut next) = (vec![Lanes::ZERO; n * m], vec![Lanes::ZERO; n * m]);
         let (mut y, mut seen) = (vec![Lanes::ZERO; p * m], vec![Lanes::ZERO; p]);
-        let mut own = vec![Lanes::ZERO; n];
         let inputs = self.inputs_from();
         let place = |drive: &Drive| match *drive {
             Drive::Force(channel) => n + channel,
             Drive::Input(j) => inputs + j,
         };
         let places: Vec<usize> = driven[0].places.iter().map(|(drive, _)| place(drive)).collect();
+        let mut forces = vec![Lanes::ZERO; places.len()];
         for (at, k) in range.clone().enumerate() {
             let map = self.step(k);
             for (g, driven) in driven.iter().enumerate() {
@@ -186,9 +187,11 @@ impl Maps {
                         // What the outputs change by is taken away from the innovations.
                         *seen = y[o * m + g] * -1.0;
                     }
-                    own.copy_from_slice(d);
-                    filter.correct(at, &seen, &mut own);
-                    d.copy_from_slice(&own);
+                    filter.correct(at, &seen, d);
+                }
+                for (force, (_, share)) in forces.iter_mut().zip(&driven.places) {
+                    *force = Lanes::ZERO;
+                    force.add_product(simd, &driven.series[k], share);
                 }
                 let next = &mut next[g * n..(g + 1) * n];
                 for (i, next) in next.iter_mut().enumerate() {
@@ -197,16 +200,14 @@ impl Maps {
                     for (a, x) in row[..n].iter().zip(&*d) {
                         sum.add_scaled(simd, x, *a);
                     }
-                    for (&p, (_, share)) in places.iter().zip(&driven.places) {
-                        let mut force = Lanes::ZERO;
-                        force.add_product(simd, &driven.series[k], share);
-                        sum.add_scaled(simd, &force, row[p]);
+                    for (&p, force) in places.iter().zip(&forces) {
+                        sum.add_scaled(simd, force, row[p]);
                     }
                     *next = sum;
                 }
             }
             if let Some(filter) = filter {
-                filter.whiten_sample(simd, at, &mut y);
+                filter.whiten_sample(at, &mut y);
             }
             visit(at, &y);
             std::mem::swap(&mut d, &mut next);
@@ -255,8 +256,6 @@ struct Chunk {
     bound: Bound<Dual>,
     workspace: Workspace<Dual>,
     state: Vec<Dual>,
-    /// Rows of inputs along a step.
-    inputs: Vec<Dual>,
 }
 
 impl Chunk {
@@ -275,7 +274,6 @@ impl Chunk {
             workspace: system.workspace(),
             system,
             state: vec![zero; width],
-            inputs: vec![],
         }
     }
 
@@ -287,6 +285,7 @@ impl Chunk {
 impl Linearising<'_> {
     /// Run through a window from a whole state, which is left at its end.
     fn window(&mut self, w: &Window, state: &mut [f64]) -> Result<(), Diverged> {
+        let inputs = self.inputs_along(w);
         let run = self.run;
         let (problem, observed) = (run.problem, run.observed());
         let outputs = problem.dataset.outputs.len();
@@ -295,7 +294,7 @@ impl Linearising<'_> {
         let mut sensing = Sensing::new(problem, observed, &run.hypothesis.effects, w);
         let bound = problem.observation.bind(&run.hypothesis.parameters);
         let (mut rows, mut y) = (vec![], vec![0.0; outputs]);
-        for k in w.range.clone() {
+        for (at, k) in w.range.clone().enumerate() {
             let u = &self.maps.inputs[k * m..(k + 1) * m];
             problem.observation.evaluate(&bound, observed.times[k], state, u, &mut y);
             self.slopes(k, state);
@@ -309,7 +308,7 @@ impl Linearising<'_> {
             if k + 1 == observed.len() {
                 break;
             }
-            self.step(k, state)?;
+            self.step((at, k), &inputs, state)?;
             if let (Some(filter), Some(noise)) = (&mut filter, self.noise) {
                 let dt = observed.times[k + 1] - observed.times[k];
                 let driven = noise.driven(self.maps.width, dt);
@@ -320,36 +319,35 @@ impl Linearising<'_> {
         Ok(())
     }
 
+    /// The inputs along a window and the step that leaves it, in the lanes of each chunk.
+    fn inputs_along(&self, w: &Window) -> Vec<InputPath<Dual>> {
+        let (run, maps) = (self.run, &self.maps);
+        let model = run.problem.model;
+        let series = (&run.observed().times[..], &maps.inputs[..]);
+        let range = w.range.start..w.range.end + 1;
+        let path = model.hold.along(series, range, model.inputs.len(), run.substeps);
+        let first = maps.columns - model.inputs.len();
+        self.chunks.iter().map(|c| path.map(|j, u| c.seed(*u, first + j))).collect()
+    }
+
     /// Advance the state from a sample to the next, with the derivatives of that step.
-    fn step(&mut self, k: usize, state: &mut [f64]) -> Result<(), Diverged> {
+    fn step(
+        &mut self,
+        (at, k): (usize, usize),
+        inputs: &[InputPath<Dual>],
+        state: &mut [f64],
+    ) -> Result<(), Diverged> {
         let (run, maps) = (self.run, &mut self.maps);
-        let (model, times) = (run.problem.model, &run.observed().times);
-        let m = model.inputs.len();
-        let inputs = maps.columns - m;
+        let times = &run.observed().times;
         let size = maps.width * maps.columns;
         let map = &mut maps.steps[k * size..(k + 1) * size];
         let span = (times[k], times[k + 1]);
-        let held = model.hold;
-        let stages = held.stages((times, &maps.inputs), k..k + 2, m, run.substeps);
-        let row = |k: usize| maps.inputs[k * m..(k + 1) * m].iter().copied();
-        let along: Vec<f64> = match stages.is_empty() {
-            true => row(k).chain(row(held.end_of_step(k))).collect(),
-            false => stages.clone(),
-        };
-        for chunk in &mut self.chunks {
+        for (chunk, inputs) in self.chunks.iter_mut().zip(inputs) {
             for (i, x) in state.iter().enumerate() {
                 chunk.state[i] = chunk.seed(*x, i);
             }
-            chunk.inputs.clear();
-            for (i, u) in along.iter().enumerate() {
-                chunk.inputs.push(chunk.seed(*u, inputs + i % m));
-            }
-            let Chunk { system, workspace, state, inputs, .. } = chunk;
-            let input = match stages.is_empty() {
-                true => StepInput::Line(&inputs[..m], &inputs[m..]),
-                false => StepInput::Stages(inputs),
-            };
-            system.advance(workspace, span, input, run.substeps, state);
+            let Chunk { system, workspace, state, .. } = chunk;
+            system.advance(workspace, span, inputs.step(at), run.substeps, state);
             let lanes = LANES.min(maps.columns - chunk.first);
             for (row, x) in map.chunks_exact_mut(maps.columns).zip(&chunk.state) {
                 row[chunk.first..chunk.first + lanes].copy_from_slice(&x.tangent[..lanes]);

@@ -144,7 +144,7 @@ impl Run<'_> {
             .into_par_iter()
             .map(|chunk| {
                 let lanes = chunk * LANES..((chunk + 1) * LANES).min(entries);
-                Lanes { run: self, lanes }.run()
+                Sweep { run: self, lanes }.run()
             })
             .collect();
         let mut all: Vec<Columns> = vec![Columns::default(); self.windows.len()];
@@ -163,12 +163,12 @@ impl Run<'_> {
 }
 
 /// Some of the entries, carried along in the lanes of dual numbers.
-struct Lanes<'p> {
+struct Sweep<'p> {
     run: &'p Run<'p>,
     lanes: std::ops::Range<usize>,
 }
 
-impl Lanes<'_> {
+impl Sweep<'_> {
     fn lane(&self, entry: usize) -> Option<usize> {
         self.lanes.contains(&entry).then(|| entry - self.lanes.start)
     }

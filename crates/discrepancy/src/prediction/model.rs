@@ -6,7 +6,7 @@ use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::dynamics::Bound;
-use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect, StepInput, sensed};
+use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect, sensed};
 use lacuna_plants::{Model, System};
 use std::ops::Range;
 
@@ -123,35 +123,24 @@ impl<'a> Predictor<'a> {
     ) -> Vec<Vec<T>> {
         let Driven { observed, effective } = driven;
         let (m, times) = (self.model.inputs.len(), &observed.times[range.clone()]);
-        let input = |k: usize| effective[k * m..(k + 1) * m].iter().map(|&u| T::constant(u));
         let mut workspace = model.system.workspace();
         let count = self.weights.len();
         let mut outputs = vec![vec![T::constant(f64::NAN); times.len()]; count];
         let mut y = vec![T::constant(0.0); count];
-        let mut here: Vec<T> = input(range.start).collect();
-        let mut next = here.clone();
-        let hold = self.model.hold;
-        let stages = hold.stages((&observed.times, effective), range.clone(), m, substeps);
-        let stages: Vec<T> = stages.into_iter().map(T::constant).collect();
-        let rows = 2 * substeps * m;
-        for (at, k) in range.clone().enumerate() {
+        let series = (&observed.times[..], &effective[..]);
+        let inputs = self.model.hold.along(series, range, m, substeps);
+        let inputs = inputs.map(|_, u| T::constant(*u));
+        for at in 0..times.len() {
             if !state.iter().all(|x| x.value().is_finite()) {
                 break;
             }
-            here.iter_mut().zip(input(k)).for_each(|(u, given)| *u = given);
-            self.observation.evaluate(&model.bound, times[at], state, &here, &mut y);
+            self.observation.evaluate(&model.bound, times[at], state, inputs.sample(at), &mut y);
             outputs.iter_mut().zip(&y).for_each(|(series, y)| series[at] = *y);
-            if k + 1 == range.end {
+            if at + 1 == times.len() {
                 break;
             }
-            let along = if stages.is_empty() {
-                next.iter_mut().zip(input(hold.end_of_step(k))).for_each(|(u, given)| *u = given);
-                StepInput::Line(&here, &next)
-            } else {
-                StepInput::Stages(&stages[at * rows..(at + 1) * rows + m])
-            };
-            let span = (times[at], times[at + 1]);
-            model.system.advance(&mut workspace, span, along, substeps, state);
+            let (span, input) = ((times[at], times[at + 1]), inputs.step(at));
+            model.system.advance(&mut workspace, span, input, substeps, state);
         }
         for (series, output) in outputs.iter_mut().zip(&self.dataset.outputs) {
             let Measured::State(entry) = output.of else { continue };

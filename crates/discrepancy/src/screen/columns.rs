@@ -80,17 +80,13 @@ impl Screen<'_> {
         match effect.law {
             Law::Force(law) => {
                 let places = self.problem.model.places(channel, other);
-                let mut memory = vec![0.0; law.memory()];
-                law.memory_at_rest(&along.motion.at(&places, 0), &mut memory);
-                let motion = along.motion.seen(&places, &memory);
-                for term in terms {
-                    let mut series = vec![Vec::with_capacity(motion.len()); law.amplitudes()];
-                    law.plain().series(&term.shape, &motion, &mut series);
+                let shapes = terms.iter().map(|t| &t.shape[..]);
+                along.motion.bases(law, shapes, &places, |shape, mut series| {
                     for series in &mut series {
                         centre(series);
-                        each(series, law.plain().passed_on(&term.shape));
+                        each(series, law.plain().passed_on(shape));
                     }
-                }
+                });
             }
             Law::Input(law) => {
                 let m = self.problem.model.inputs.len();

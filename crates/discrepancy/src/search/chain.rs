@@ -57,11 +57,12 @@ pub fn begin<'p>(short: &Fit<'p>, h: Hypothesis) -> Result<Fit<'p>, FitError> {
 ///
 /// # Errors
 /// [`FitError::RanAway`] where it loses its way, and others.
-pub fn grow<'p>(base: &Fit<'p>, short: &Fit<'p>, begun: &Fit<'p>) -> Result<Fit<'p>, FitError> {
-    let mut fit = short.supposing(begun);
-    if short.windowed.level == base.windowed.level && !begun.has_windows_of(short) {
-        return short.refit(begun.hypothesis.clone(), BEGIN);
+pub fn grow<'p>(base: &Fit<'p>, short: &Fit<'p>, begun: Fit<'p>) -> Result<Fit<'p>, FitError> {
+    let whole = begun.has_windows_of(short);
+    if !whole && short.windowed.level == base.windowed.level {
+        return short.refit(begun.hypothesis, BEGIN);
     }
+    let mut fit = if whole { begun } else { short.supposing(begun) };
     while fit.windowed.level > base.windowed.level {
         let (most, found) = (5.0 * base.inflation() + 20.0, fit.reduced());
         if found > most {

@@ -134,7 +134,7 @@ impl<'p> Search<'p> {
         });
         let mut tried = self.told(begun.collect());
         self.keep_likely(&mut tried, &short);
-        let grown = tried.into_par_iter().map(|t| (t.candidate, chain::grow(base, &short, &t.fit)));
+        let grown = tried.into_par_iter().map(|t| (t.candidate, chain::grow(base, &short, t.fit)));
         self.told(grown.collect())
     }
 
@@ -194,7 +194,7 @@ impl<'p> Search<'p> {
         effect: ModelEffect,
     ) -> Result<Fit<'p>, FitError> {
         let begun = chain::begin(short, self.with(&base.hypothesis, effect))?;
-        chain::grow(base, short, &begun)
+        chain::grow(base, short, begun)
     }
 
     /// The best in the longest windows that it follows, with those that came close.
@@ -209,19 +209,20 @@ impl<'p> Search<'p> {
         let room = if settled { least } else { (0.5 * decision.share * gained).max(least) };
         let close: Vec<Tried> =
             tried.into_iter().filter(|t| t.fit.log_evidence(temperature) > top - room).collect();
-        let at_once = |fit: &Fit<'p>, level| chain::lengthen_at_once(fit, level, decision.noise);
-        let first =
-            at_once(&close[0].fit, 0).unwrap_or_else(|| self.lengthen(close[0].fit.clone()));
+        let longest = |fit: &Fit<'p>, level, slack| {
+            chain::lengthen_at_once(fit, level, decision.noise).unwrap_or_else(|| {
+                chain::lengthen_to(fit.clone(), level, (decision.window_misfit, slack))
+            })
+        };
+        let first = longest(&close[0].fit, 0, 1.0);
         let level = first.windowed.level;
-        let slack = (decision.window_misfit, 10.0);
         let mut long: Vec<Tried> = close
             .into_par_iter()
             .enumerate()
             .filter_map(|(k, t)| {
                 let fit = match k {
                     0 => first.clone(),
-                    _ => at_once(&t.fit, level)
-                        .unwrap_or_else(|| chain::lengthen_to(t.fit, level, slack)),
+                    _ => longest(&t.fit, level, 10.0),
                 };
                 (fit.windowed.level == level)
                     .then(|| Tried { fit: chain::polish(fit), candidate: t.candidate })

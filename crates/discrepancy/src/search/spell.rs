@@ -6,7 +6,7 @@ use super::forward::curve_covers;
 use super::prune::worth_a_curve;
 use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
-use crate::likelihood::{FULL, Fit, QUICK};
+use crate::likelihood::{Fit, QUICK};
 use crate::trajectories::SmoothedRecording;
 use lacuna_effects::{At, Channel, Law, Variable};
 use lacuna_plants::model::ModelEffect;
@@ -43,7 +43,7 @@ impl<'p> Search<'p> {
             let effects = spelling.laws.iter().map(|(t, a)| effect_of(&t.candidate, a, &t.shape));
             let h = effects.fold(plain.clone(), |h, e| self.with(&h, e));
             let begun = chain::begin(&path.fit, h).ok()?;
-            path.fit.refit(begun.hypothesis, FULL).ok()
+            chain::grow(&path.fit, &path.fit, begun).ok().map(chain::polish)
         });
         let temperature = path.fit.temperature();
         let evidence = |f: &Fit| f.log_evidence(temperature);

@@ -14,12 +14,13 @@ mod system;
 mod units;
 mod write;
 
+pub use crate::input::StepInput;
 pub use builder::{BuildError, Builder};
 pub use error::{ModelError, Place};
 pub use name::NameError;
 pub use observation::Observation;
 pub use series::{SeriesEffect, effective_inputs, sensed};
-pub use system::{Direction, Step, StepInput, System, Workspace};
+pub use system::{Direction, Step, System, Workspace};
 pub use units::{SaidUnit, same_unit};
 pub use write::{Augmentation, NewEffect};
 

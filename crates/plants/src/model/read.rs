@@ -103,21 +103,13 @@ struct RawMeasurement {
 #[serde(deny_unknown_fields, default)]
 struct RawRecordings {
     time: String,
-    input_hold: RawHold,
+    input_hold: Hold,
 }
 
 impl Default for RawRecordings {
     fn default() -> Self {
-        Self { time: "t".to_owned(), input_hold: RawHold::ZeroOrder }
+        Self { time: "t".to_owned(), input_hold: Hold::default() }
     }
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum RawHold {
-    ZeroOrder,
-    Linear,
-    BandLimited,
 }
 
 impl Model {
@@ -226,11 +218,6 @@ impl Reader<'_> {
             .iter()
             .map(|m| self.measurement(m, &mut nodes, &names))
             .collect::<Result<_, _>>()?;
-        let (time_column, hold) = match raw.recordings.input_hold {
-            RawHold::ZeroOrder => (raw.recordings.time, Hold::ZeroOrder),
-            RawHold::Linear => (raw.recordings.time, Hold::Linear),
-            RawHold::BandLimited => (raw.recordings.time, Hold::BandLimited),
-        };
         let quantity = |name: &Spanned<String>, unit: &String| Quantity {
             name: name.get_ref().clone(),
             unit: unit.clone(),
@@ -243,8 +230,8 @@ impl Reader<'_> {
             states: raw.state.iter().map(|s| quantity(&s.name, &s.unit)).collect(),
             effects: vec![],
             measurements,
-            time_column,
-            hold,
+            time_column: raw.recordings.time,
+            hold: raw.recordings.input_hold,
             dynamics: Arc::new(Equations::compile(&nodes, names.sizes)),
             source: Some(Arc::new(Source {
                 file: self.file.to_owned(),

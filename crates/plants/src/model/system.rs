@@ -5,6 +5,7 @@ use super::mass::solve_mass;
 use super::{Model, ModelEffect};
 use crate::Plant;
 use crate::dynamics::{Bound, BoundDynamics, Room, Sizes};
+use crate::input::StepInput;
 use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
 use lacuna_numbers::{Dual, LANES, Number};
 
@@ -254,35 +255,6 @@ impl<T: Number> System<T> {
         solve_mass(mass, &mut force[..n]);
         derivative[..n].copy_from_slice(&state[n..2 * n]);
         derivative[n..machine].copy_from_slice(force);
-    }
-}
-
-/// The inputs along a step from sample to sample.
-#[derive(Clone, Copy, Debug)]
-pub enum StepInput<'a, T> {
-    /// On a straight line from the first row to the second.
-    Line(&'a [T], &'a [T]),
-    /// At the beginning, the middle and the end of each of the Runge-Kutta steps, row by row
-    /// ([`crate::Hold::stages`]).
-    Stages(&'a [T]),
-}
-
-impl<T: Number> StepInput<'_, T> {
-    /// At the `part.0`-th of `part.1` parts of the step.
-    #[inline(always)]
-    fn at(self, part: (usize, usize), u: &mut [T]) {
-        match self {
-            Self::Line(here, next) => {
-                let share = part.0 as f64 / part.1 as f64;
-                for (u, (a, b)) in u.iter_mut().zip(here.iter().zip(next)) {
-                    *u = *a + (*b - *a) * share;
-                }
-            }
-            Self::Stages(rows) => {
-                let from = part.0 * u.len();
-                u.copy_from_slice(&rows[from..from + u.len()]);
-            }
-        }
     }
 }
 
