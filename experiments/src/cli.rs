@@ -180,7 +180,10 @@ enum Family {
     Local,
     /// No missing physics.
     Null,
-    /// All of them.
+    /// What real machines do beside: noisy inputs, random forces, hidden coordinates, glitches, slow
+    /// logs, laws of several variables, three effects.
+    Machines,
+    /// All but the last.
     All,
 }
 
@@ -191,6 +194,7 @@ impl Family {
             Self::OffFormula => Some(Group::OffFormula),
             Self::Local => Some(Group::Local),
             Self::Null => Some(Group::Null),
+            Self::Machines => Some(Group::Machines),
             Self::All => None,
         }
     }

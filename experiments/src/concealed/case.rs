@@ -1,6 +1,6 @@
 //! A case: files for the diagnosis, and the truth under seal.
 
-use lacuna_excitation::rng;
+use lacuna_excitation::{add_gaussian_noise, rng};
 use lacuna_recordings::{Column, Recording};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::ConcealedError;
 use super::draw::{Draft, RECORDINGS, generator};
 use super::fair::Fair;
+use super::scales::deviation;
 use super::sealed::{Group, Sealed};
 use super::sensor::seen;
 use super::topic::{Topic, sequence, shares, shuffle};
@@ -115,15 +116,19 @@ impl Case {
             tests: Vec::new(),
         };
         for (k, motion) in motions.iter().enumerate() {
-            let all: Vec<usize> = (0..motion.times.len()).collect();
             let stamps = how.stamps(&motion.times, rng)?;
-            let recording = measured(draft, motion, &stamps, rng)?;
+            let mut recording = measured(draft, motion, &stamps, rng)?;
+            let logged = how.logged(motion.times.len());
             if k < RECORDINGS {
-                let kept = how.kept(all.len(), rng);
+                for (column, output) in recording.columns.iter_mut().zip(&draft.outputs) {
+                    how.glitch(&mut column.values, output.sd, rng);
+                }
+                let kept = how.kept(logged.len(), rng);
+                let kept: Vec<usize> = kept.into_iter().map(|row| logged[row]).collect();
                 case.recordings.push(rows(&recording, &kept));
                 case.states.push(rows(&states(draft, motion, &stamps), &kept));
             } else {
-                case.tests.push(recording);
+                case.tests.push(rows(&recording, &logged));
             }
         }
         Ok(Some(case))
@@ -147,7 +152,9 @@ fn measured(
     }
     let m = model.inputs.len();
     for (j, input) in model.inputs.iter().enumerate() {
-        let values: Vec<f64> = motion.commands.iter().skip(j).step_by(m).copied().collect();
+        let mut values: Vec<f64> = motion.commands.iter().skip(j).step_by(m).copied().collect();
+        let noise = draft.concealment.input_noise * deviation(values.iter().copied());
+        add_gaussian_noise(&mut values, noise, rng)?;
         columns.push(column(&input.name, &values));
     }
     Ok(recording(stamps, columns))

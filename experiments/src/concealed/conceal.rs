@@ -5,6 +5,7 @@ use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use std::collections::BTreeSet;
 
 use super::beyond::Kind;
 use super::effects;
@@ -36,15 +37,18 @@ pub fn conceal(
         classes[rng.random_range(0..classes.len())]
     };
     match topic {
-        Topic::Nothing(_) | Topic::Parameter => Some(Vec::new()),
+        Topic::Nothing(_) | Topic::Parameter | Topic::Only(_) => Some(Vec::new()),
+        Topic::Amid(_) => {
+            let effect = any(rng);
+            let force = matches!(effect.law, CatalogueLaw::Force(_));
+            Some(vec![known(effect, spec, model, scales, rng).filter(|_| force)?])
+        }
         Topic::Effect(effect) => Some(vec![known(effect, spec, model, scales, rng)?]),
         Topic::Under(_) => Some(vec![known(any(rng), spec, model, scales, rng)?]),
-        Topic::Pair => {
-            let pair = [
-                known(any(rng), spec, model, scales, rng)?,
-                known(any(rng), spec, model, scales, rng)?,
-            ];
-            suits(&pair).then(|| pair.to_vec())
+        Topic::Pair | Topic::Three => {
+            let count = if matches!(topic, Topic::Pair) { 2 } else { 3 };
+            let drawn = (0..count).map(|_| known(any(rng), spec, model, scales, rng));
+            drawn.collect::<Option<Vec<_>>>().filter(|several| suit(several))
         }
         Topic::Beyond(kind) => {
             let channels = channels(kind, spec, model);
@@ -57,22 +61,28 @@ pub fn conceal(
     }
 }
 
-/// Two effects that can be told apart in principle: of different classes, at most one on an
-/// actuator, none of them a sensor's (which moves the truth of the other) and none with memory
+/// Whether effects can be told apart in principle: of different classes, at most one on an
+/// actuator, none of them a sensor's (which moves the truth of the others) and none with memory
 /// (which a model that starts anew in each window does not know).
-fn suits(pair: &[Concealed; 2]) -> bool {
-    let [Concealed::Known(a), Concealed::Known(b)] = pair else { return false };
+fn suit(several: &[Concealed]) -> bool {
+    let known: Vec<&ModelEffect> = several
+        .iter()
+        .filter_map(|e| match e {
+            Concealed::Known(e) => Some(e),
+            Concealed::Beyond(..) => None,
+        })
+        .collect();
     let simple = |e: &ModelEffect| match e.effect.law {
         CatalogueLaw::Force(law) => law.memory() == 0,
         CatalogueLaw::Input(_) => true,
         CatalogueLaw::Sensor(_) => false,
     };
-    let inputs = [a, b].iter().filter(|e| matches!(e.effect.law, CatalogueLaw::Input(_))).count();
-    let classes = [a.effect.class, b.effect.class];
+    let inputs = known.iter().filter(|e| matches!(e.effect.law, CatalogueLaw::Input(_))).count();
+    let classes: BTreeSet<&str> = known.iter().map(|e| e.effect.class).collect();
     // Together the law of one asymmetric friction.
-    let one = classes.contains(&"constant_force")
-        && (classes.contains(&"coulomb_friction") || classes.contains(&"asymmetric_friction"));
-    classes[0] != classes[1] && !one && simple(a) && simple(b) && inputs < 2
+    let one = classes.contains("constant_force")
+        && (classes.contains("coulomb_friction") || classes.contains("asymmetric_friction"));
+    classes.len() == several.len() && !one && known.iter().all(|e| simple(e)) && inputs < 2
 }
 
 fn known(

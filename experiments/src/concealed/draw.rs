@@ -9,13 +9,14 @@ use std::collections::BTreeMap;
 
 use super::actuator::Actuator;
 use super::conceal::{Concealed, conceal};
+use super::disturbance::Disturbance;
 use super::drive::{Course, Drive};
 use super::effects::{log_uniform, uniform};
 use super::machine;
 use super::plants::{PLANTS, PlantSpec};
 use super::scales::{Scales, deviation};
 use super::sensor::{Concealment, Sensor};
-use super::topic::{Noise, Topic};
+use super::topic::{Hardship, Noise, Topic};
 use super::truth::{Motion, Truth, run};
 use super::windows::Output;
 use crate::StudyError;
@@ -52,6 +53,10 @@ pub struct Draft {
     pub courses: Vec<(Course, Vec<f64>)>,
     /// Magnitudes without the effects.
     pub scales: Scales,
+    /// A random force, where one acts.
+    pub disturbance: Option<Disturbance>,
+    /// A coordinate that nobody measures.
+    pub hidden: Option<usize>,
 }
 
 impl Draft {
@@ -83,8 +88,29 @@ impl Draft {
         let Some(effects) = conceal(topic, spec, &calibrated, &scales, rng) else {
             return Ok(None);
         };
-        let concealment = hide(topic.noise(), rng);
-        let outputs = outputs(spec, &nominal, &concealment, &scout);
+        let mut concealment = hide(topic.noise(), rng);
+        let mut outputs = outputs(spec, &nominal, &concealment, &scout);
+        let (mut disturbance, mut hidden) = (None, None);
+        match topic.hardship() {
+            Some(Hardship::NoisyInputs) => concealment.input_noise = uniform(rng, 0.01, 0.05),
+            Some(Hardship::Glitches) => concealment.glitches = uniform(rng, 0.001, 0.006),
+            Some(Hardship::SlowLog) => concealment.thinned = [1, 3][rng.random_range(0..2)],
+            Some(Hardship::RandomForce) => {
+                let share = if effects.is_empty() { [0.01, 0.1] } else { [0.005, 0.03] };
+                let all = (share, RECORDINGS + TESTS);
+                disturbance = Some(Disturbance::draw(spec, &scales, all, rng)?);
+            }
+            Some(Hardship::HiddenCoordinate) => {
+                let n = nominal.coordinates.len();
+                if n < 2 {
+                    return Ok(None);
+                }
+                let coordinate = rng.random_range(0..n);
+                outputs.retain(|o| o.entry != coordinate && o.entry != n + coordinate);
+                hidden = Some(coordinate);
+            }
+            None => {}
+        }
         let draft = Self {
             spec,
             topic,
@@ -97,6 +123,8 @@ impl Draft {
             drive,
             courses,
             scales,
+            disturbance,
+            hidden,
         };
         Ok(Some(draft))
     }
@@ -126,9 +154,29 @@ impl Draft {
     /// # Errors
     /// [`StudyError`] when it diverges.
     pub fn motion(&self, k: usize, samples: usize, substeps: usize) -> Result<Motion, StudyError> {
+        let mut truth = self.truth(|_| true);
+        truth.gusts = self.disturbance.as_ref().map(|d| d.course(k));
+        self.run(&truth, k, samples, substeps)
+    }
+
+    /// The same where no random force acts.
+    ///
+    /// # Errors
+    /// [`StudyError`] when it diverges.
+    pub fn calm(&self, k: usize, samples: usize, substeps: usize) -> Result<Motion, StudyError> {
+        self.run(&self.truth(|_| true), k, samples, substeps)
+    }
+
+    fn run(
+        &self,
+        truth: &Truth,
+        k: usize,
+        samples: usize,
+        substeps: usize,
+    ) -> Result<Motion, StudyError> {
         let (course, start) = &self.courses[k];
         let nominal = System::new(&self.nominal);
-        run(&self.truth(|_| true), &nominal, course, start, (self.spec.step, samples), substeps)
+        run(truth, &nominal, course, start, (self.spec.step, samples), substeps)
     }
 
     /// True over nominal value of the parameters that are wrong.
@@ -159,6 +207,7 @@ fn hide(noise: Noise, rng: &mut ChaCha8Rng) -> Concealment {
         inner_states: with(0.5, 1.0, 1.0) > 0.0,
         colour: with(if noise == Noise::Coloured { 1.0 } else { 0.0 }, 0.6, 0.95),
         jitter: with(if noise == Noise::Jitter { 1.0 } else { 0.0 }, 0.05, 0.25),
+        ..Concealment::default()
     }
 }
 

@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
 use super::scales::{ChannelScale, Scales};
+use super::several::{self, several};
 
 /// Named numbers of an effect.
 pub type Numbers = BTreeMap<&'static str, f64>;
@@ -42,7 +43,11 @@ pub fn draw(
     match effect.law {
         Law::Force(_) => {
             let other = other.map(|o| scales.channels[o]);
-            force(effect.class, scales.channels[place], other, scales.time, rng)
+            let own = scales.channels[place];
+            match several().any(|e| e.class == effect.class) {
+                true => several::draw(effect.class, own, other, scales.time, rng),
+                false => force(effect.class, own, other, scales.time, rng),
+            }
         }
         Law::Input(_) => input(effect.class, scales.inputs[place], scales.time[0], rng),
         Law::Sensor(_) => {

@@ -13,6 +13,7 @@ use super::sensor::seen;
 use super::topic::Topic;
 use super::truth::Motion;
 use super::windows::{Output, Shown, WINDOWS};
+use lacuna_plants::{Hold, System, rk4_sampled};
 
 /// Least calibrated gap of an effect, in noise standard deviations: less could be told by nobody.
 pub const LEAST_GAP: f64 = 3.0;
@@ -22,6 +23,8 @@ const GAP_RECORDINGS: usize = 3;
 const SUBSTEPS: [usize; 4] = [8, 16, 32, 64];
 /// Most that halving the step may change over two windows, in noise standard deviations.
 const INTEGRATION: f64 = 0.1;
+/// A change of a hidden coordinate, as a share of its half range, that must show.
+const HIDDEN_STEP: f64 = 0.2;
 /// The motion may reach this many times as far as it does without the effects.
 const REACH: f64 = 3.0;
 /// Classes that a wrong parameter can stand for.
@@ -44,7 +47,15 @@ impl Fair {
     /// The draft in motion; none where it is not fair.
     pub fn of(draft: &Draft) -> Option<Self> {
         let motions = motions(draft)?;
-        let some = &motions[..GAP_RECORDINGS];
+        // What is concealed must show without the help of a random force.
+        let calm = match draft.disturbance {
+            Some(_) => calm(draft, motions[0].substeps)?,
+            None => vec![],
+        };
+        let some = if calm.is_empty() { &motions[..GAP_RECORDINGS] } else { &calm[..] };
+        if !draft.hidden.is_none_or(|coordinate| shows(draft, &some[0], coordinate)) {
+            return None;
+        }
         let count = draft.effects.len();
         let effects = (0..count).map(|k| sealed(draft, some, k)).collect::<Option<Vec<_>>>()?;
         let model_gap = gap(&draft.nominal, &shown(draft, some), &draft.outputs).ok()?.raw;
@@ -63,6 +74,7 @@ fn matter(draft: &Draft) -> Matter {
     };
     match draft.effects.as_slice() {
         [] if matches!(draft.topic, Topic::Parameter) => Matter::Parameter,
+        [] if draft.disturbance.is_some() => Matter::Disturbed,
         [] => Matter::None,
         effects if effects.iter().all(sensor) => Matter::Sensor,
         _ => Matter::MissingPhysics,
@@ -80,6 +92,28 @@ fn motions(draft: &Draft) -> Option<Vec<Motion>> {
     let all = (0..RECORDINGS + TESTS).map(|k| draft.motion(k, samples, substeps).ok());
     let all: Vec<Motion> = all.collect::<Option<_>>()?;
     all.iter().all(|m| within_reach(draft, m)).then_some(all)
+}
+
+/// Whether what is measured depends on where a coordinate that nobody measures begins.
+fn shows(draft: &Draft, motion: &Motion, coordinate: usize) -> bool {
+    let model = System::new(&draft.calibrated);
+    let run = |start: &[f64]| {
+        let (times, hold) = (&motion.times, Hold::ZeroOrder);
+        rk4_sampled(&model, &model.at_rest(start), times, &motion.commands, hold, 2)
+    };
+    let here = motion.state(0).to_vec();
+    let mut moved = here.clone();
+    moved[coordinate] += HIDDEN_STEP * draft.scales.channels[coordinate].half_range();
+    let (Ok(a), Ok(b)) = (run(&here), run(&moved)) else { return false };
+    draft.outputs.iter().any(|o| {
+        let change = |k: usize| (a.state(k)[o.entry] - b.state(k)[o.entry]).abs();
+        (0..motion.times.len()).any(|k| change(k) > LEAST_GAP * o.sd)
+    })
+}
+
+/// The first motions, where no random force acts.
+fn calm(draft: &Draft, substeps: usize) -> Option<Vec<Motion>> {
+    (0..GAP_RECORDINGS).map(|k| draft.calm(k, draft.spec.samples, substeps).ok()).collect()
 }
 
 fn within_reach(draft: &Draft, motion: &Motion) -> bool {

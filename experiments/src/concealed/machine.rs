@@ -44,7 +44,7 @@ pub fn miscalibrated(nominal: &Model, topic: Topic, rng: &mut ChaCha8Rng) -> Mod
     let uncertain: Vec<usize> =
         (0..model.parameters.len()).filter(|&k| model.parameters[k].tolerance > 0.0).collect();
     let wrong = match topic {
-        Topic::Nothing(_) => 0,
+        Topic::Nothing(_) | Topic::Only(_) => 0,
         Topic::Parameter => rng.random_range(1..3),
         _ => usize::from(rng.random_range(0.0..1.0) < ALSO_WRONG),
     };

@@ -25,6 +25,7 @@
 //! | off-formula | laws the catalogue does not have; effects under coloured noise or clock jitter | nearest class, or an unknown function of the right variables; verdict unexplained, too |
 //! | local | what acts in a region or from a time on | the same, and the samples where it acts (F1) |
 //! | null | nothing, wrong parameters, coloured noise, clock jitter | no finding |
+//! | machines | noisy inputs, random forces, a hidden coordinate, glitches, a slow log, with an effect or alone; laws of several variables; three effects | class and channel; nothing where there is nothing |
 
 pub mod actuator;
 pub mod beyond;
@@ -32,6 +33,7 @@ pub mod calibration;
 pub mod case;
 pub mod conceal;
 pub mod diagnosis;
+pub mod disturbance;
 pub mod draw;
 pub mod drive;
 pub mod effects;
@@ -56,6 +58,7 @@ pub mod score;
 pub mod seal;
 pub mod sealed;
 pub mod sensor;
+pub mod several;
 pub mod study;
 pub mod summary;
 pub mod tool;

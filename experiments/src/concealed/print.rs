@@ -39,7 +39,7 @@ pub fn row(row: &Row) {
 pub fn results(results: &Results) {
     println!("\n{} cases, seeds {:?}, {}", results.cases, results.seeds, results.tool);
     println!("counts with Wilson's 95 % interval\n");
-    let order = ["catalogue", "off-formula", "local", "null", "all"];
+    let order = ["catalogue", "off-formula", "local", "null", "machines", "all"];
     for name in order {
         if let Some(summary) = results.groups.get(name) {
             group(name, summary);
@@ -84,6 +84,7 @@ fn group(name: &str, s: &Summary) {
     let errors = format!("{} -> {}", number(s.before_over_noise), number(s.after_over_noise));
     line("error/noise, median", errors, None);
     alone("after within 1.2", &s.after_within_1_2);
+    line("made worse", s.made_worse.to_string(), None);
     if let Some((f1, count)) = s.localisation_f1 {
         line("localisation F1", format!("{f1:.2} ({count} effects)"), None);
     }

@@ -116,7 +116,10 @@ fn harmless(truth: &Sealed, finding: &Finding) -> bool {
     let asymmetric = |e: &SealedEffect| {
         e.name.class == "asymmetric_friction" && e.name.channel == finding.channel
     };
+    // Where the log is slow, what is held between its samples really comes late.
+    let late = ["input_delay", "actuator_lag", "sensor_delay"].contains(&finding.class.as_str());
     finding.class == PARAMETER
+        || (late && truth.concealment.thinned > 0)
         || (finding.class == "constant_force" && truth.effects.iter().any(asymmetric))
 }
 
@@ -127,6 +130,7 @@ fn verdict_right(truth: &Sealed, diagnosis: &Diagnosis) -> bool {
         truth.effects.iter().any(|e| e.accept.iter().any(|n| n.class == PARAMETER));
     match (truth.matter, diagnosis.verdict.as_str()) {
         (Matter::None, verdict) => verdict == "no_mismatch",
+        (Matter::Disturbed, verdict) => ["no_mismatch", "unexplained"].contains(&verdict),
         (Matter::Parameter, verdict) => verdict == "miscalibrated",
         (Matter::Sensor, "sensor_fault") | (_, "missing_physics") => true,
         (Matter::MissingPhysics, "unexplained") => beyond,

@@ -8,6 +8,7 @@ use serde_json::json;
 use super::draw::Draft;
 use super::off_formula::Law;
 use super::sealed::{Area, Name, SealedEffect};
+use super::several::nearest;
 
 /// An effect of the catalogue under seal.
 pub fn catalogued(draft: &Draft, e: &ModelEffect) -> SealedEffect {
@@ -29,6 +30,7 @@ pub fn catalogued(draft: &Draft, e: &ModelEffect) -> SealedEffect {
     if class == "asymmetric_friction" {
         accept.push(Name::new("coulomb_friction", &channel));
     }
+    accept.extend(nearest(class).iter().map(|near| Name::new(near, &channel)));
     if let (true, Some(other)) = (e.effect.couples(), &other) {
         accept.push(Name::new(class, other));
     }

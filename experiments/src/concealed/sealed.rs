@@ -17,11 +17,15 @@ pub enum Group {
     Local,
     /// No physics is missing.
     Null,
+    /// What real machines do beside: noisy inputs, random forces, hidden coordinates, outliers, slow
+    /// sampling, laws of several variables, three effects at once.
+    Machines,
 }
 
 impl Group {
     /// All groups.
-    pub const ALL: [Self; 4] = [Self::Catalogue, Self::OffFormula, Self::Local, Self::Null];
+    pub const ALL: [Self; 5] =
+        [Self::Catalogue, Self::OffFormula, Self::Local, Self::Null, Self::Machines];
 
     /// Its name on the command line and in the results.
     pub fn name(self) -> &'static str {
@@ -30,6 +34,7 @@ impl Group {
             Self::OffFormula => "off-formula",
             Self::Local => "local",
             Self::Null => "null",
+            Self::Machines => "machines",
         }
     }
 }
@@ -40,6 +45,8 @@ impl Group {
 pub enum Matter {
     /// Nothing.
     None,
+    /// Nothing but a random force, which no model foresees.
+    Disturbed,
     /// A parameter is wrong.
     Parameter,
     /// A sensor is wrong.

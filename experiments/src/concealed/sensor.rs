@@ -4,6 +4,7 @@ use lacuna_excitation::add_gaussian_noise;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::effects::{log_uniform, sign};
 use super::truth::Motion;
 use crate::StudyError;
 
@@ -68,6 +69,16 @@ pub struct Concealment {
     pub colour: f64,
     /// Standard deviation of the time stamps, in sample steps.
     pub jitter: f64,
+    /// Standard deviation of the noise on recorded inputs, as a share of each input's own; the
+    /// machine gets them without.
+    #[serde(default)]
+    pub input_noise: f64,
+    /// Share of the samples that are glitches.
+    #[serde(default)]
+    pub glitches: f64,
+    /// One row in so many and one more is recorded.
+    #[serde(default)]
+    pub thinned: usize,
 }
 
 impl Concealment {
@@ -101,6 +112,18 @@ impl Concealment {
         Ok(values)
     }
 
+    /// Glitches: lost counts and spikes, far beyond the noise and the motion between two samples.
+    pub fn glitch(&self, values: &mut [f64], sd: f64, rng: &mut ChaCha8Rng) {
+        if self.glitches == 0.0 {
+            return;
+        }
+        for y in values {
+            if rng.random_range(0.0..1.0) < self.glitches {
+                *y += sign(rng) * log_uniform(rng, 15.0, 300.0) * sd;
+            }
+        }
+    }
+
     /// Time stamps of samples taken at `times`; they stay in order.
     ///
     /// # Errors
@@ -113,6 +136,11 @@ impl Concealment {
         let limit = 0.45 * step;
         stamps.iter_mut().zip(&error).skip(1).for_each(|(t, e)| *t += e.clamp(-limit, limit));
         Ok(stamps)
+    }
+
+    /// Rows of the log: one in so many where it is slow.
+    pub fn logged(&self, rows: usize) -> Vec<usize> {
+        (0..rows).step_by(self.thinned + 1).collect()
     }
 
     /// Rows that survive: the first and the last, and the others but for losses of one to six

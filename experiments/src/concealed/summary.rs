@@ -50,6 +50,10 @@ pub struct Summary {
     pub after_over_noise: Option<f64>,
     /// Cases whose augmented model is within 1.2 noise standard deviations.
     pub after_within_1_2: Proportion,
+    /// Cases whose augmented model predicts the recordings for the proof worse than the model that
+    /// was given.
+    #[serde(default)]
+    pub made_worse: usize,
     /// Mean F1 of local effects, and how many there are.
     pub localisation_f1: Option<(f64, usize)>,
     /// Median and greatest wall time of a diagnosis (s).
@@ -83,6 +87,7 @@ impl Summary {
             before_over_noise: median(with_effect().filter_map(|r| r.before_over_noise).collect()),
             after_over_noise: median(with_effect().filter_map(|r| r.after_over_noise).collect()),
             after_within_1_2: count(&|r| r.after_over_noise.is_some_and(|a| a <= RIGHT)),
+            made_worse: rows.iter().filter(|r| made_worse(r)).count(),
             localisation_f1: (!f1.is_empty())
                 .then(|| (f1.iter().sum::<f64>() / f1.len() as f64, f1.len())),
             seconds: [quantile(&seconds, 0.5), quantile(&seconds, 1.0)],
@@ -90,6 +95,12 @@ impl Summary {
             peer_failed: rows.iter().filter(|r| r.peer_failed).count(),
         }
     }
+}
+
+/// By a tenth, and beyond the noise.
+fn made_worse(row: &Row) -> bool {
+    let errors = row.before_over_noise.zip(row.after_over_noise);
+    errors.is_some_and(|(before, after)| after > 1.1 * before.max(1.0))
 }
 
 fn exactly_right(row: &Row) -> bool {
@@ -103,7 +114,7 @@ impl Names {
         let effects: usize = scores.iter().map(|(_, s, _)| s.effects).sum();
         let sum = |f: fn(&Score) -> usize| scores.iter().map(|(_, s, _)| f(s)).sum();
         let null = scores.iter().filter(|(matter, _, answered)| {
-            *answered && matches!(matter, Matter::None | Matter::Parameter)
+            *answered && matches!(matter, Matter::None | Matter::Disturbed | Matter::Parameter)
         });
         let found = null.clone().filter(|(_, s, _)| s.false_findings > 0).count();
         Self {

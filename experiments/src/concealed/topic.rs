@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::beyond::Kind;
 use super::places::classes;
 use super::sealed::Group;
+use super::several::several;
 
 /// What is unusual about the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +18,21 @@ pub enum Noise {
     Coloured,
     /// White, and the clock of the time stamps jitters.
     Jitter,
+}
+
+/// What a real machine, or its logger, does beside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hardship {
+    /// The recorded inputs are noisy; the machine gets them exactly.
+    NoisyInputs,
+    /// A random force acts on a channel.
+    RandomForce,
+    /// Nobody measures one of the coordinates.
+    HiddenCoordinate,
+    /// Some samples are glitches.
+    Glitches,
+    /// The log holds one sample in two or four.
+    SlowLog,
 }
 
 /// What a case conceals.
@@ -34,6 +50,12 @@ pub enum Topic {
     Nothing(Noise),
     /// Wrong parameters.
     Parameter,
+    /// A force of the catalogue, whichever, amid what real machines do.
+    Amid(Hardship),
+    /// Nothing but that.
+    Only(Hardship),
+    /// Three effects of the catalogue.
+    Three,
 }
 
 impl Topic {
@@ -51,6 +73,17 @@ impl Topic {
             Self::Under(n) => format!("an effect under {}", noise(n)),
             Self::Nothing(n) => format!("nothing, {}", noise(n)),
             Self::Parameter => "parameters".to_owned(),
+            Self::Amid(hardship) => format!("an effect amid {hardship:?}"),
+            Self::Only(hardship) => format!("nothing but {hardship:?}"),
+            Self::Three => "three effects".to_owned(),
+        }
+    }
+
+    /// What the machine or its logger does beside.
+    pub fn hardship(self) -> Option<Hardship> {
+        match self {
+            Self::Amid(hardship) | Self::Only(hardship) => Some(hardship),
+            _ => None,
         }
     }
 
@@ -89,6 +122,14 @@ fn topics(group: Group) -> Vec<Topic> {
             Topic::Nothing(Noise::Coloured),
             Topic::Nothing(Noise::Jitter),
         ],
+        Group::Machines => {
+            use Hardship::{Glitches, HiddenCoordinate, NoisyInputs, RandomForce, SlowLog};
+            let amid = [NoisyInputs, RandomForce, HiddenCoordinate, Glitches, SlowLog];
+            let only = [NoisyInputs, RandomForce, NoisyInputs, RandomForce, Glitches];
+            let twice = amid.iter().chain(&amid).map(|h| Topic::Amid(*h));
+            let several = several().map(Topic::Effect).chain([Topic::Three; 2]);
+            twice.chain(only.map(Topic::Only)).chain(several).collect()
+        }
     }
 }
 
@@ -111,7 +152,8 @@ pub fn shuffle<T>(items: &mut [T], rng: &mut ChaCha8Rng) {
     }
 }
 
-/// How many of `count` cases each group gets when all are asked for.
+/// How many of `count` cases each group gets when all are asked for; what real machines do is asked
+/// for by name.
 pub fn shares(count: usize) -> [(Group, usize); 4] {
     let share = |percent: usize| count * percent / 100;
     let (beyond, local, null) = (share(25), share(15), share(20));

@@ -5,6 +5,7 @@ use lacuna_plants::{Model, Plant, System, rk4};
 use nalgebra::{DMatrix, DVector};
 
 use super::actuator::{Actuator, Actuators};
+use super::disturbance::Gusts;
 use super::drive::Course;
 use super::off_formula::{At, Law};
 use super::sensor::Sensor;
@@ -21,6 +22,8 @@ pub struct Truth {
     pub actuators: Vec<Option<Actuator>>,
     /// What the sensor of each entry of the machine's state does.
     pub sensors: Vec<Option<Sensor>>,
+    /// A random force.
+    pub gusts: Option<Gusts>,
 }
 
 impl Truth {
@@ -31,6 +34,7 @@ impl Truth {
             laws: Vec::new(),
             actuators: vec![None; model.inputs.len()],
             sensors: vec![None; model.machine_states()],
+            gusts: None,
         }
     }
 }
@@ -41,6 +45,7 @@ struct Machine {
     bound: Bound,
     sizes: Sizes,
     laws: Vec<(Law, usize)>,
+    gusts: Option<Gusts>,
     coordinates: usize,
     memory: usize,
 }
@@ -54,6 +59,7 @@ impl Machine {
             sizes: dynamics.sizes(),
             memory: truth.laws.iter().map(|(law, _)| law.memory()).sum(),
             laws: truth.laws.clone(),
+            gusts: truth.gusts.clone(),
             coordinates: truth.model.coordinates.len(),
         }
     }
@@ -74,7 +80,7 @@ impl Machine {
         out
     }
 
-    /// Add the laws' forces to the accelerations and rates, and their memories' rates.
+    /// Add the forces of laws and gusts to the accelerations and rates, and the memories' rates.
     fn add_laws(&self, t: f64, state: &[f64], u: &[f64], derivative: &mut [f64]) {
         let (n, known) = (self.coordinates, self.system.states());
         let own = self.own_physics(t, state, u);
@@ -86,6 +92,9 @@ impl Machine {
             let end = begin + law.memory();
             force[channel] += law.force(at, &state[begin..end], &mut derivative[begin..end]);
             begin = end;
+        }
+        if let Some(gusts) = &self.gusts {
+            force[gusts.channel] += gusts.at(t);
         }
         if n > 0 {
             let mass = DMatrix::from_row_slice(n, n, &own[..n * n]);
@@ -113,7 +122,7 @@ impl Plant for Machine {
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], derivative: &mut [f64]) {
         let known = self.system.states();
         self.system.derivative(t, &state[..known], u, &mut derivative[..known]);
-        if !self.laws.is_empty() {
+        if !self.laws.is_empty() || self.gusts.is_some() {
             self.add_laws(t, state, u, derivative);
         }
     }
