@@ -40,14 +40,27 @@ impl ForceLaw for StribeckFriction {
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let sign = smooth_sign(at.v(), shape[1]);
         let low_speed = (-(at.v() / shape[0]).powi(2)).exp();
-        [(low_speed - 1.0) * sign, -low_speed * sign]
+        [-sign, -low_speed * sign]
+    }
+
+    /// The friction at speed, and what it is more at rest: a peak is no hollow.
+    fn internal(&self, physical: &[f64]) -> Vec<f64> {
+        let mut internal = physical.to_vec();
+        internal[1] -= physical[0];
+        internal
+    }
+
+    fn physical(&self, internal: &[f64]) -> Vec<f64> {
+        let mut physical = internal.to_vec();
+        physical[1] += internal[0];
+        physical
     }
 }
 
 fn priors(scales: &Scales) -> Vec<Prior> {
     vec![
         Prior::magnitude(scales.force),
-        Prior::magnitude(1.5 * scales.force),
+        Prior::magnitude(scales.force),
         Prior::order(0.35 * scales.v, 2.5, (0.05 * scales.v, 4.0 * scales.v)),
         smoothing_prior(scales),
     ]
