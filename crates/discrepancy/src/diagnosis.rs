@@ -72,6 +72,9 @@ pub struct Driving {
     pub inputs: BTreeMap<String, InputNoise>,
     /// White random forces, by the channel that they act on.
     pub forces: BTreeMap<String, RandomForce>,
+    /// Noise of recorded channels over what it seems from sample to sample, where it is larger.
+    #[serde(default)]
+    pub outputs: BTreeMap<String, f64>,
 }
 
 /// How motion is integrated from sample to sample: in steps that are halved until that changes

@@ -19,12 +19,14 @@ impl Ladder<'_> {
             let share = intensity / (self.problem.force_scale(c) * self.problem.sample.sqrt());
             (model.channel_name(c).to_owned(), RandomForce { intensity, share, unit })
         });
-        Driving { inputs: inputs.collect(), forces: forces.collect() }
+        let outputs = self.problem.dataset.outputs.iter().zip(&noise.outputs);
+        let outputs = outputs.filter(|(_, r)| **r > 1.0).map(|(o, r)| (o.name.clone(), *r));
+        Driving { inputs: inputs.collect(), forces: forces.collect(), outputs: outputs.collect() }
     }
 
     /// The same in words.
     pub(super) fn says_driving(&self) -> Vec<String> {
-        let Driving { inputs, forces } = self.driving();
+        let Driving { inputs, forces, outputs } = self.driving();
         let inputs = inputs.iter().map(|(name, n)| {
             let InputNoise { std, share, unit } = n;
             format!(
@@ -38,6 +40,11 @@ impl Ladder<'_> {
                 n.intensity, n.unit
             )
         });
-        inputs.chain(forces).collect()
+        let outputs = outputs.iter().map(|(name, over)| {
+            format!(
+                "What was recorded of {name} is {over:.1} times as far from the truth as it seems from sample to sample, as behind a filter."
+            )
+        });
+        inputs.chain(forces).chain(outputs).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! The covariance P of what a filter does not know of the state, in units of the outputs' noise.
 //!
 //! ```text
-//! measured:  s = c P c^T + 1,  g = P c^T / sqrt(s),  P <- P - g g^T
+//! measured:  s = c P c^T + r,  g = P c^T / sqrt(s),  P <- P - g g^T
 //! a step:    P <- A P A^T + sum_j q_j b_j b_j^T
 //! ```
 //!
@@ -44,10 +44,10 @@ impl Covariance {
         projected.iter().zip(c).map(|(a, b)| a * b).sum()
     }
 
-    /// Take up what an output says whose row is `c`: the variance s of its innovation, and the
-    /// gain g by which one standard deviation of it moves the state.
-    pub(super) fn measure(&mut self, c: &[f64], gain: &mut [f64]) -> f64 {
-        let s = self.seen_by(c, gain) + 1.0;
+    /// Take up what an output says whose row is `c` and whose noise has variance `r`: the variance s
+    /// of its innovation, and the gain g by which one standard deviation of it moves the state.
+    pub(super) fn measure(&mut self, c: &[f64], r: f64, gain: &mut [f64]) -> f64 {
+        let s = self.seen_by(c, gain) + r;
         let scale = s.sqrt().recip();
         gain.iter_mut().for_each(|g| *g *= scale);
         for (row, a) in self.p.chunks_exact_mut(self.width).zip(&*gain) {
@@ -56,9 +56,9 @@ impl Covariance {
         s
     }
 
-    /// What a gain that was made for another covariance leaves: `M P M^T + g g^T / s` with
+    /// What a gain that was made for another covariance leaves: `M P M^T + r g g^T / s` with
     /// `M = 1 - g c / sqrt(s)`.
-    pub(super) fn corrected(&mut self, c: &[f64], gain: &[f64], s: f64) {
+    pub(super) fn corrected(&mut self, c: &[f64], r: f64, gain: &[f64], s: f64) {
         let n = self.width;
         let scale = s.sqrt().recip();
         let mut projected = vec![0.0; n];
@@ -66,7 +66,7 @@ impl Covariance {
         for i in 0..n {
             for j in 0..n {
                 let (a, b) = (gain[i] * scale, gain[j] * scale);
-                self.p[i * n + j] += a * b * (seen + 1.0) - a * projected[j] - b * projected[i];
+                self.p[i * n + j] += a * b * (seen + r) - a * projected[j] - b * projected[i];
             }
         }
     }

@@ -3,7 +3,7 @@
 //! By Laplace's method about the optimum, up to what all hypotheses in the same windows share,
 //!
 //! ```text
-//! log Z = - chi^2 / (2 T) - log det S_z / 2 - |(theta - theta_0) / S|^2 / 2 - sum_i log m_i
+//! log Z = - (chi^2 + log det S_z) / (2 T) - |(theta - theta_0) / S|^2 / 2 - sum_i log m_i
 //!         - log det(1 + (H - 1) / T) / 2
 //! ```
 //!
@@ -73,7 +73,7 @@ impl Fit<'_> {
     #[must_use]
     pub fn log_evidence(&self, temperature: f64) -> f64 {
         let occam = self.precision.log_determinant(temperature);
-        -0.5 * (self.chi2 / temperature + self.width() + self.penalty + occam)
+        -0.5 * ((self.chi2 + self.width()) / temperature + self.penalty + occam)
             - self.hypothesis.log_prior_mass()
     }
 

@@ -3,15 +3,15 @@
 //!
 //! ```text
 //! nu_k = (y_k - h(x_k)) / sigma,   z_k = W_k nu_k,   x_k <- x_k + G_k z_k
-//! -2 log likelihood = sum_k |z_k|^2 + log det S,     S_k = (W_k^T W_k)^-1 = C_k P_k C_k^T + 1
+//! -2 log likelihood = sum_k |z_k|^2 + log det S,     S_k = (W_k^T W_k)^-1 = C_k P_k C_k^T + R
 //! ```
 //!
 //! W is lower triangular. The state at the window's beginning is a parameter, P is 0 there. Without
 //! noise that drives, G = 0 and W = 1: what is left is the plain residual. While theta is
 //! fitted, G and W stay as they are, so that derivatives run through the corrections.
 
-use super::Window;
 use super::covariance::Covariance;
+use super::{ProcessNoise, Window};
 use crate::dataset::Observed;
 use lacuna_numbers::Linear;
 
@@ -40,12 +40,14 @@ pub(super) struct Making {
     unknown: Covariance,
     /// What it would not know if nothing drove the machine.
     quiet: Covariance,
+    /// R: variances of the outputs' noise.
+    noise: Vec<f64>,
 }
 
 impl Making {
-    /// For a state whose entries begin with these variances.
-    pub(super) fn new(variances: &[f64], outputs: usize) -> Self {
-        let width = variances.len();
+    /// For a state whose entries begin with these variances, and outputs of this noise.
+    pub(super) fn new(variances: &[f64], noise: &ProcessNoise) -> Self {
+        let (width, outputs) = (variances.len(), noise.outputs.len());
         let filter = Filter {
             width,
             outputs,
@@ -56,13 +58,14 @@ impl Making {
             quiet: 0.0,
             unknown: vec![],
         };
-        Self { filter, unknown: Covariance::of(variances), quiet: Covariance::of(variances) }
+        let noise = noise.outputs.iter().map(|r| r * r).collect();
+        Self { filter, unknown: Covariance::of(variances), quiet: Covariance::of(variances), noise }
     }
 
     /// Take up a sample: `rows` of C and innovations, in units of the noise; NaN where nothing was
     /// measured.
     pub(super) fn measure(&mut self, rows: &[f64], innovations: &[f64]) {
-        let Self { filter, unknown, quiet } = self;
+        let Self { filter, unknown, quiet, noise } = self;
         let (n, p) = (filter.width, filter.outputs);
         let (g, w) = (filter.gains.len(), filter.whiteners.len());
         filter.gains.resize(g + p * n, 0.0);
@@ -78,9 +81,9 @@ impl Making {
             let c = &rows[o * n..(o + 1) * n];
             let (before, own) = gains.split_at_mut(o * n);
             let own = &mut own[..n];
-            let s = unknown.measure(c, own);
-            filter.quiet += (quiet.seen_by(c, &mut projected) + 1.0) / s;
-            quiet.corrected(c, own, s);
+            let s = unknown.measure(c, noise[o], own);
+            filter.quiet += (quiet.seen_by(c, &mut projected) + noise[o]) / s;
+            quiet.corrected(c, noise[o], own, s);
             filter.log_determinant += s.ln();
             // The outputs before it have moved the state.
             let scale = s.sqrt().recip();

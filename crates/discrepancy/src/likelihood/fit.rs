@@ -263,11 +263,30 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn predicted(&self, left_out: &[bool], effort: Effort) -> Result<Vec<Vec<f64>>, FitError> {
+        self.foretold(self.learned_without(left_out, effort)?, left_out)
+    }
+
+    /// The hypothesis with theta fitted as if the windows marked in `left_out` had not been recorded.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn learned_without(
+        &self,
+        left_out: &[bool],
+        effort: Effort,
+    ) -> Result<Hypothesis, FitError> {
         let known: Vec<bool> = left_out.iter().map(|out| !out).collect();
-        let own = self.hypothesis.clone();
-        let moved = self.in_part(own, &known, self.substeps, effort)?;
+        let moved = self.in_part(self.hypothesis.clone(), &known, self.substeps, effort)?;
+        Ok(moved.hypothesis)
+    }
+
+    /// Residuals of the windows that are marked, in which only the states are fitted.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn foretold(&self, h: Hypothesis, marked: &[bool]) -> Result<Vec<Vec<f64>>, FitError> {
         let states = Effort { steps: 3, least: 0.3 };
-        let fit = self.in_part(moved.hypothesis.held(), left_out, self.substeps, states)?;
+        let fit = self.in_part(h.held(), marked, self.substeps, states)?;
         Ok(fit.residuals.to_vec())
     }
 

@@ -77,7 +77,7 @@ fn driving(problem: &Problem) -> ProcessNoise {
         measured.map(|c| super::problem::deviation(&problem.accelerations(c))).fold(0.0, f64::max);
     let intensity = |m: &f64| DRIVEN * acceleration / m * (SAMPLES * problem.sample).sqrt();
     let forces = problem.mobility().iter().map(intensity).collect();
-    ProcessNoise { forces, ..ProcessNoise::none(model) }
+    ProcessNoise { forces, ..ProcessNoise::none(problem) }
 }
 
 /// Variances of the machine's state where the hidden coordinates may be anywhere.

@@ -1,5 +1,5 @@
 //! How large the noise is that drives the machine: the intensities that make the innovations along
-//! a fit most likely.
+//! a fit most likely. Where something drives it, outputs may be noisier than their samples show, too.
 //!
 //! The fit's own run is the trajectory that is linearised about. Let it have been corrected by
 //! G z; a filter of other intensities then knows of the deviation delta from it
@@ -22,6 +22,8 @@ const ENOUGH: usize = 4_000;
 const LEAST: f64 = 1e-4;
 const MOST: f64 = 10.0;
 const FACTOR: f64 = 4.0;
+/// Noise of an output, over what its samples show.
+const LARGEST: f64 = 1e4;
 /// Noise on an input, over what the input shows: estimates of either are good to a few percent.
 const SHOWN: f64 = 1.2;
 /// Refinements of the best of them: to half a percent, so that two sources that are the same differ by
@@ -35,17 +37,20 @@ const REFINEMENTS: usize = 7;
 /// [`FitError::Diverged`].
 pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitError> {
     let problem = fit.problem;
-    let none = ProcessNoise::none(problem.model);
+    let none = ProcessNoise::none(problem);
     let noise = fit.noise.as_deref().unwrap_or(&none);
     let maps = |run: &Run| Maps::along(run, Some(noise));
     let all: Result<Vec<Maps>, _> = fit.runs().par_iter().map(maps).collect();
     let all = all?;
     let along = Along::new(problem, fit, &all);
-    let sources = none.inputs.len() + none.forces.len();
+    let drive = none.inputs.len() + none.forces.len();
+    let all_sources = drive + none.outputs.len();
     let begin = along.log_likelihood(&none);
     let (mut best, mut here) = (begin, none);
     let mut used: Vec<usize> = vec![];
-    while used.len() < sources {
+    loop {
+        // What nothing drives has the noise that it shows.
+        let sources = if used.is_empty() { drive } else { all_sources };
         let tried =
             (0..sources).filter(|s| !used.contains(s)).map(|s| (along.best_of(&here, s), s));
         // Inputs come first: a force that does no better than noise on one of them is that.
@@ -94,35 +99,38 @@ impl<'a> Along<'a> {
         let unit = self.unit(source);
         let with = |share: f64| {
             let mut noise = others.clone();
-            let inputs = noise.inputs.len();
-            let value = share * unit;
-            if source < inputs {
-                noise.inputs[source] = value;
-            } else {
-                noise.forces[source - inputs] = value;
+            let mut all =
+                noise.inputs.iter_mut().chain(&mut noise.forces).chain(&mut noise.outputs);
+            if let Some(of) = all.nth(source) {
+                *of = share * unit;
             }
             noise
         };
-        let most = self.most(source);
-        let count = ((most / LEAST).ln() / FACTOR.ln()).ceil() as i32;
-        let shares: Vec<f64> = (0..=count).map(|k| (LEAST * FACTOR.powi(k)).min(most)).collect();
+        let (least, most) = self.range(source);
+        let count = ((most / least).ln() / FACTOR.ln()).ceil() as i32;
+        let shares: Vec<f64> = (0..=count).map(|k| (least * FACTOR.powi(k)).min(most)).collect();
         let at = |share: f64| (self.log_likelihood(&with(share)), share);
         let coarse: Vec<(f64, f64)> = shares.into_par_iter().map(at).collect();
         let mut best = coarse.into_iter().fold((f64::NEG_INFINITY, 0.0), larger);
         let mut step = FACTOR.sqrt();
         for _ in 0..REFINEMENTS {
-            best = larger(larger(best, at((best.1 * step).min(most))), at(best.1 / step));
+            best =
+                larger(larger(best, at((best.1 * step).min(most))), at((best.1 / step).max(least)));
             step = step.sqrt();
         }
         (best.0, with(best.1))
     }
 
-    /// The largest share that is tried: noise on a recorded input shows in the recording itself.
-    fn most(&self, source: usize) -> f64 {
-        if source >= self.problem.model.inputs.len() {
-            return MOST;
+    /// The shares that are tried: noise on a recorded input shows in the recording itself, and an
+    /// output is no quieter than its samples.
+    fn range(&self, source: usize) -> (f64, f64) {
+        let inputs = self.problem.model.inputs.len();
+        let most = || SHOWN * self.problem.input_noise(source) / self.unit(source);
+        match source {
+            s if s < inputs => (LEAST, most().clamp(LEAST, MOST)),
+            s if s < inputs + self.problem.model.channels() => (LEAST, MOST),
+            _ => (1.0, LARGEST),
         }
-        (SHOWN * self.problem.input_noise(source) / self.unit(source)).clamp(LEAST, MOST)
     }
 
     /// The magnitude that an intensity is measured by.
@@ -130,8 +138,10 @@ impl<'a> Along<'a> {
         let inputs = self.problem.model.inputs.len();
         let unit = if source < inputs {
             self.problem.input_deviation(source)
-        } else {
+        } else if source < inputs + self.problem.model.channels() {
             self.problem.force_scale(source - inputs) * self.problem.sample.sqrt()
+        } else {
+            1.0
         };
         if unit > 0.0 { unit } else { 1.0 }
     }
@@ -157,10 +167,10 @@ impl<'a> Along<'a> {
             let innovations = filter.innovations(at);
             next.fill(0.0);
             filter.correct(at, innovations, &mut next);
-            for (o, c) in rows.chunks_exact(n).enumerate().filter(|(o, _)| filter.measured(at, *o))
-            {
+            let rows = rows.chunks_exact(n).zip(&noise.outputs).enumerate();
+            for (o, (c, r)) in rows.filter(|(o, _)| filter.measured(at, *o)) {
                 let seen: f64 = c.iter().zip(&delta).map(|(c, d)| c * d).sum();
-                let s = unknown.measure(c, &mut gain);
+                let s = unknown.measure(c, r * r, &mut gain);
                 let z = (innovations[o] - seen) / s.sqrt();
                 delta.iter_mut().zip(&gain).for_each(|(d, g)| *d += g * z);
                 sum -= 0.5 * (z * z + s.ln());

@@ -290,7 +290,7 @@ impl Linearising<'_> {
         let (problem, observed) = (run.problem, run.observed());
         let outputs = problem.dataset.outputs.len();
         let m = problem.model.inputs.len();
-        let mut filter = self.noise.map(|_| Making::new(self.variances, outputs));
+        let mut filter = self.noise.map(|noise| Making::new(self.variances, noise));
         let mut sensing = Sensing::new(problem, observed, &run.hypothesis.effects, w);
         let bound = problem.observation.bind(&run.hypothesis.parameters);
         let (mut rows, mut y) = (vec![], vec![0.0; outputs]);

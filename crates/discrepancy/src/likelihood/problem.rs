@@ -180,7 +180,7 @@ impl<'a> Problem<'a> {
     pub fn substeps(&self, parameters: &[f64], effects: &[ModelEffect]) -> usize {
         // A twentieth of the noise: a search need not be finer.
         const TOLERANCE: f64 = 0.05;
-        const MOST: usize = 4;
+        const MOST: usize = 16;
         Predictor::with_substeps(self.model, parameters, effects, self.dataset, 1)
             .needed_substeps(TOLERANCE, MOST)
             .steps_a_sample

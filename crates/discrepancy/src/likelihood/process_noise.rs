@@ -6,8 +6,11 @@
 //! ```text
 //! n_k ~ N(0, sigma_u^2) each sample,     E w(t) w(t') = sigma_w^2 delta(t - t')
 //! ```
+//!
+//! Beside that, what an output shows may be further from the truth than its noise from sample to
+//! sample tells: a filter before the log takes away what is fast, and leaves the rest.
 
-use lacuna_plants::Model;
+use super::Problem;
 
 /// How large the noise is that drives the machine.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,16 +19,23 @@ pub struct ProcessNoise {
     pub inputs: Vec<f64>,
     /// Intensity sigma_w of the force on each channel, in its unit times the root of a second.
     pub forces: Vec<f64>,
+    /// Standard deviation of each output's noise, in units of what its samples show.
+    pub outputs: Vec<f64>,
 }
 
 impl ProcessNoise {
     /// None at all.
     #[must_use]
-    pub fn none(model: &Model) -> Self {
-        Self { inputs: vec![0.0; model.inputs.len()], forces: vec![0.0; model.channels()] }
+    pub fn none(problem: &Problem) -> Self {
+        let model = problem.model;
+        Self {
+            inputs: vec![0.0; model.inputs.len()],
+            forces: vec![0.0; model.channels()],
+            outputs: vec![1.0; problem.dataset.outputs.len()],
+        }
     }
 
-    /// Whether there is none at all.
+    /// Whether nothing drives the machine.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.inputs.iter().chain(&self.forces).all(|s| *s == 0.0)
@@ -38,6 +48,7 @@ impl ProcessNoise {
         let near = |(a, b): (&f64, &f64)| (a - b).abs() <= NEAR * a.max(*b);
         self.inputs.iter().zip(&other.inputs).all(near)
             && self.forces.iter().zip(&other.forces).all(near)
+            && self.outputs.iter().zip(&other.outputs).all(near)
     }
 
     /// The columns of a map of `width` states, forces and inputs that are driven over a step of

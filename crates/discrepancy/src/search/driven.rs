@@ -8,7 +8,7 @@
 
 use super::forward::{Tried, rank};
 use super::{Path, Search, Searched};
-use crate::likelihood::{FULL, Fit, FitError, QUICK, STILL, intensity};
+use crate::likelihood::{FULL, Fit, FitError, QUICK, intensity};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ impl<'p> Search<'p> {
             return driven;
         }
         self.watch.tell("which predicts better");
-        let [a, b] = [&free, &driven].map(|s| self.error(&s.path.fit));
+        let [a, b] = [&free, &driven].map(|s| self.error(&s.path.fit).unwrap_or(f64::INFINITY));
         // Errors are as uncertain as the variance of the noise is.
         if a * self.decision.noise < b
             || (a <= b * self.decision.noise && self.says_more(&free, &driven))
@@ -58,15 +58,6 @@ impl<'p> Search<'p> {
         } else {
             driven
         }
-    }
-
-    /// Mean square error in windows that are long enough to predict, and short enough for what
-    /// drives the machine not to add up for ever; of the states, only their beginnings are fitted.
-    fn error(&self, fit: &Fit<'p>) -> f64 {
-        // Eight windows: about the horizon of the proof.
-        const LEVEL: u32 = 3;
-        let held = fit.refit(fit.hypothesis.clone().held(), STILL);
-        held.and_then(|f| f.undriven(LEVEL, QUICK)).map_or(f64::INFINITY, |f| f.reduced())
     }
 
     /// Whether a search by free runs explains as much as one beside noise, each with the noise that

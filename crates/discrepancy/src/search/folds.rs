@@ -8,7 +8,7 @@
 //! as much. Where D is small, the folds do not touch what it describes and say nothing.
 
 use super::{Path, Rival, Search, candidate_of, chain};
-use crate::likelihood::{Effort, FULL, Fit};
+use crate::likelihood::{Effort, FULL, Fit, FitError, STILL};
 
 /// Most folds.
 const FOLDS: usize = 4;
@@ -28,16 +28,7 @@ impl Search<'_> {
     /// Whether folds that are left out speak against `with`, compared with `without` in the same
     /// windows.
     pub(super) fn refuted(&self, without: &Fit, with: &Fit) -> bool {
-        // One window has no part that could be left out.
-        let level = 2.max(with.windowed.level);
-        let single = with.windowed.windows.len() == 1 && level > with.windowed.level;
-        let (without, with) = if single {
-            let at = (without.states_at(level), with.states_at(level));
-            let (Ok(a), Ok(b)) = at else { return false };
-            (a, b)
-        } else {
-            (without.clone(), with.clone())
-        };
+        let (Ok(without), Ok(with)) = (in_parts(without), in_parts(with)) else { return false };
         let temperature = with.temperature();
         let mut total = Said::default();
         for fold in folds(&with) {
@@ -54,6 +45,28 @@ impl Search<'_> {
         let decision = &self.decision;
         let loud = size > 2.0 * decision.prior_odds;
         drop < -2.0 * decision.tie || (loud && drop < decision.share * size)
+    }
+
+    /// Mean square error of predictions by a fit that did not know of what it predicts, in windows
+    /// that are long enough to predict, and short enough for what drives the machine not to add
+    /// up for ever: they run free, of the states only their beginnings are fitted.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub(super) fn error(&self, fit: &Fit) -> Result<f64, FitError> {
+        // Eight windows: about the horizon of the proof.
+        const LEVEL: u32 = 3;
+        let parts = in_parts(fit)?;
+        let held = fit.refit(fit.hypothesis.clone().held(), STILL)?.undriven(LEVEL, STILL)?;
+        let (mut squares, mut count) = (0.0, 0);
+        for (out, asked) in folds(&parts).iter().zip(&folds(&held)) {
+            let learned = parts.learned_without(out, FEW)?;
+            for residual in held.foretold(learned, asked)? {
+                squares += residual.iter().map(|r| r * r).sum::<f64>();
+                count += residual.len();
+            }
+        }
+        Ok(squares / count.max(1) as f64)
     }
 
     /// Take away the effects that folds speak against, and what an effect says beyond a simpler law
@@ -97,6 +110,15 @@ impl Search<'_> {
         }
         path
     }
+}
+
+/// A fit in windows of which some can be left out: one window has no parts.
+fn in_parts<'p>(fit: &Fit<'p>) -> Result<Fit<'p>, FitError> {
+    const LEVEL: u32 = 2;
+    if fit.windowed.windows.len() > 1 || fit.windowed.level >= LEVEL {
+        return Ok(fit.clone());
+    }
+    fit.states_at(LEVEL)
 }
 
 /// Folds of a fit's windows: for each, which windows are left out.

@@ -52,12 +52,15 @@ fn with_noisy_input(
 #[test]
 fn innovations_have_the_likelihood_of_the_whole_recording() {
     const SIGMA: f64 = 0.4;
+    // The output is noisier than its samples show.
+    const WIDER: f64 = 1.3;
     let bench = Bench { text: SPRING, samples: 120, ..ON_PENDULUM };
     let model = bench.model();
     let dataset = Dataset::new(&model, &bench.record(&model, 900, 1)).expect("a dataset");
     let problem = Problem::new(&model, &dataset).expect("a problem");
     let free = Fit::begin(&problem, Hypothesis::of(&model), 0).expect("a fit");
-    let noise = ProcessNoise { inputs: vec![SIGMA], ..ProcessNoise::none(&model) };
+    let (inputs, outputs) = (vec![SIGMA], vec![WIDER]);
+    let noise = ProcessNoise { inputs, outputs, ..ProcessNoise::none(&problem) };
     let driven = free.driven_by(Some(Arc::new(noise)), STILL).expect("a fit");
 
     let observed = &dataset.recordings[0];
@@ -80,7 +83,8 @@ fn innovations_have_the_likelihood_of_the_whole_recording() {
         let moved = run(&commands);
         (0..n).for_each(|k| changes[(k, j)] = moved[k] - plain[k]);
     }
-    let covariance = DMatrix::identity(n, n) + &changes * changes.transpose();
+    let own = DMatrix::identity(n, n) * WIDER.powi(2);
+    let covariance = own + &changes * changes.transpose();
     let factor = covariance.cholesky().expect("positive definite");
     let width: f64 = factor.l().diagonal().map(|d| 2.0 * d.ln()).sum();
     let chi2 = residual.dot(&factor.solve(&residual));
@@ -98,7 +102,7 @@ fn the_intensity_of_noise_on_an_input_is_found_and_none_where_there_is_none() {
         let problem = Problem::new(&model, &dataset).expect("a problem");
         // Along a filter of half the intensity: an estimate does not hang on where it begins.
         let begun = Fit::begin(&problem, Hypothesis::of(&model), 3).expect("a fit");
-        let half = ProcessNoise { inputs: vec![0.5 * sd], ..ProcessNoise::none(&model) };
+        let half = ProcessNoise { inputs: vec![0.5 * sd], ..ProcessNoise::none(&problem) };
         let half = (share > 0.0).then(|| Arc::new(half));
         let fit = begun.driven_by(half, FULL).and_then(|f| f.at_level(0, FULL)).expect("a fit");
         let (noise, gained) = intensity::most_likely(&fit, 2.0).expect("likelihoods");
