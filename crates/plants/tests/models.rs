@@ -134,6 +134,26 @@ fn mistakes_are_told_with_line_and_column() {
 }
 
 #[test]
+fn parameters_are_uncertain_relatively_or_in_their_unit() {
+    let with = |entry: &str| {
+        TWO_LINK
+            .replace("unit = \"kg m^2\", tolerance = 0.1", &format!("unit = \"kg m^2\", {entry}"))
+    };
+    assert!((read(TWO_LINK).parameters[0].std() - 0.3473).abs() < 1e-15);
+    assert_eq!(read(&with("std = 0.5")).parameters[0].std(), 0.5);
+    assert_eq!(read(&with("calibrated_std = 0.5")).parameters[0].std(), 0.0);
+
+    let e = error(&with("std = -0.5"));
+    assert!(e.starts_with("model.toml:4:") && e.contains("the std of 'p1'"), "{e}");
+    let e = error(&with("tolerance = 0.1, std = 0.5"));
+    assert!(e.starts_with("model.toml:4:60: ") && e.contains("say one of them"), "{e}");
+    let e = error(&with("tolerance = 0.1").replace("3.473", "0"));
+    assert!(e.starts_with("model.toml:4:48: ") && e.contains("'p1' is 0"), "{e}");
+    assert!(e.contains("std = ..."), "{e}");
+    assert_eq!(read(&with("std = 0.5").replace("3.473", "0")).parameters[0].std(), 0.5);
+}
+
+#[test]
 fn mistakes_in_effects_are_told() {
     let with = |effect: &str| error(&format!("{TWO_LINK}\n[[effect]]\n{effect}\n"));
     let e = with("class = \"coulomb\"\nchannel = \"q1\"");

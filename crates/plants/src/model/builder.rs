@@ -1,7 +1,10 @@
 //! Models that no text describes.
 
 use super::name::check_name;
-use super::{Coordinate, Measured, Measurement, Model, NameError, Parameter, Quantity, System};
+use super::{
+    Coordinate, Measured, Measurement, Model, NameError, Parameter, Quantity, System, Uncertainty,
+    UncertaintyError,
+};
 use crate::Hold;
 use crate::dynamics::{
     Differences, Dynamics, Exact, GenericSimulator, Mass, Mechanics, Point, Rates, Simulator, Sizes,
@@ -59,14 +62,9 @@ pub enum BuildError {
         /// Its value.
         found: f64,
     },
-    /// A tolerance that is no standard deviation.
-    #[error("the tolerance of '{name}' is a relative standard deviation, 0 or more; found {found}")]
-    Tolerance {
-        /// The parameter.
-        name: String,
-        /// Its tolerance.
-        found: f64,
-    },
+    /// What is believed of a parameter is no standard deviation.
+    #[error(transparent)]
+    Uncertainty(#[from] UncertaintyError),
     /// A measurement of something that the model does not have.
     #[error("column '{column}' measures '{of}', which is none of {}", known.join(", "))]
     Measured {
@@ -142,9 +140,32 @@ impl Builder {
     /// A parameter, with the relative standard deviation of what is believed of it; 0 is known
     /// exactly.
     #[must_use]
-    pub fn parameter(mut self, name: &str, value: f64, unit: &str, tolerance: f64) -> Self {
+    pub fn parameter(self, name: &str, value: f64, unit: &str, tolerance: f64) -> Self {
+        self.believed(name, value, unit, Uncertainty::Relative(tolerance))
+    }
+
+    /// A parameter, with the standard deviation of what is believed of it in its own unit; 0 is
+    /// known exactly. It is how a parameter is uncertain that is 0: a payload of 0 kg.
+    ///
+    /// ```
+    /// use lacuna_plants::Model;
+    /// let model = Model::builder("lift")
+    ///     .parameter_with_std("payload", 0.0, "kg", 0.5)
+    ///     .input("lift", "N")
+    ///     .coordinate("z", "vz", "m")
+    ///     .rates(|at| [at.inputs[0] / (3.0 + at.parameters[0]) - 9.81])
+    ///     .build()?;
+    /// assert_eq!(model.parameters[0].std(), 0.5);
+    /// # Ok::<(), lacuna_plants::model::BuildError>(())
+    /// ```
+    #[must_use]
+    pub fn parameter_with_std(self, name: &str, value: f64, unit: &str, std: f64) -> Self {
+        self.believed(name, value, unit, Uncertainty::Absolute(std))
+    }
+
+    fn believed(mut self, name: &str, value: f64, unit: &str, uncertainty: Uncertainty) -> Self {
         let (name, unit) = (name.to_owned(), unit.to_owned());
-        self.parameters.push(Parameter { name, value, unit, tolerance });
+        self.parameters.push(Parameter { name, value, unit, uncertainty });
         self
     }
 
@@ -318,13 +339,12 @@ impl Builder {
     }
 
     fn check_values(&self) -> Result<(), BuildError> {
-        for Parameter { name, value, tolerance, .. } in &self.parameters {
-            if !value.is_finite() {
-                return Err(BuildError::Value { name: name.clone(), found: *value });
+        for parameter in &self.parameters {
+            if !parameter.value.is_finite() {
+                let (name, found) = (parameter.name.clone(), parameter.value);
+                return Err(BuildError::Value { name, found });
             }
-            if !(tolerance.is_finite() && *tolerance >= 0.0) {
-                return Err(BuildError::Tolerance { name: name.clone(), found: *tolerance });
-            }
+            parameter.check()?;
         }
         Ok(())
     }

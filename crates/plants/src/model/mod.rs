@@ -8,6 +8,7 @@ mod force;
 mod mass;
 mod name;
 mod observation;
+mod parameter;
 mod read;
 mod series;
 mod system;
@@ -19,6 +20,7 @@ pub use builder::{BuildError, Builder};
 pub use error::{ModelError, Place};
 pub use name::NameError;
 pub use observation::Observation;
+pub use parameter::{Parameter, Uncertainty, UncertaintyError};
 pub use series::{SeriesEffect, effective_inputs, sensed};
 pub use system::{Direction, Step, System, Workspace};
 pub use units::{SaidUnit, same_unit};
@@ -60,27 +62,6 @@ pub struct Model {
 struct Source {
     file: String,
     text: String,
-}
-
-/// A parameter of the model.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
-    /// Its name.
-    pub name: String,
-    /// What the model believes.
-    pub value: f64,
-    /// Its unit, as written.
-    pub unit: String,
-    /// Relative standard deviation of that belief; 0 is known exactly.
-    pub tolerance: f64,
-}
-
-impl Parameter {
-    /// Standard deviation of the belief, in the parameter's unit.
-    #[must_use]
-    pub fn std(&self) -> f64 {
-        self.tolerance * self.value.abs()
-    }
 }
 
 /// A named quantity with its unit: an input or a first-order state.

@@ -8,7 +8,7 @@ use super::name::check_name;
 use super::units::same_unit;
 use super::{
     Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, Quantity, Source,
-    System,
+    System, Uncertainty,
 };
 use crate::Hold;
 use crate::dynamics::{Equations, Nodes, Sizes};
@@ -16,6 +16,7 @@ use crate::expression::{Graph, NodeId, parse};
 use effect::RawEffect;
 use indexmap::IndexMap;
 use serde::Deserialize;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
@@ -50,10 +51,12 @@ struct RawParameter {
     value: Spanned<f64>,
     #[serde(default)]
     unit: String,
+    /// One standard deviation of what is believed, relative to the value or in its unit.
     tolerance: Option<Spanned<f64>>,
-    /// Standard deviation that a diagnosis wrote; the tolerance is what counts.
-    #[serde(default, rename = "std")]
-    _std: Option<f64>,
+    std: Option<Spanned<f64>>,
+    /// Standard deviation of a value that a diagnosis wrote; what was believed before counts.
+    #[serde(default, rename = "calibrated_std")]
+    _calibrated_std: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -192,7 +195,7 @@ impl Names {
 }
 
 impl Reader<'_> {
-    fn error(&self, span: std::ops::Range<usize>, message: String) -> ModelError {
+    fn error(&self, span: Range<usize>, message: String) -> ModelError {
         let place = Some(Place::of(self.text, span.start, span.end));
         ModelError { file: self.file.to_owned(), place, message }
     }
@@ -299,19 +302,32 @@ impl Reader<'_> {
                 let message = format!("the value of '{}' must be finite", name.get_ref());
                 return Err(self.error(p.value.span(), message));
             }
-            let tolerance = p.tolerance.as_ref().map_or(0.0, |t| *t.get_ref());
-            if let Some(t) = p.tolerance.as_ref()
-                && !(tolerance >= 0.0 && tolerance.is_finite())
-            {
-                let message = format!(
-                    "a tolerance is a relative standard deviation, 0 or more; found {tolerance}"
-                );
-                return Err(self.error(t.span(), message));
-            }
+            let (uncertainty, span) = self.uncertainty(name.get_ref(), p)?;
             let (name, unit) = (name.get_ref().clone(), p.unit.clone());
-            parameters.push(Parameter { name, value, unit, tolerance });
+            let parameter = Parameter { name, value, unit, uncertainty };
+            parameter.check().map_err(|e| self.error(span, e.to_string()))?;
+            parameters.push(parameter);
         }
         Ok(parameters)
+    }
+
+    /// How sure the file is of a parameter, and where it says so.
+    fn uncertainty(
+        &self,
+        name: &str,
+        p: &RawParameter,
+    ) -> Result<(Uncertainty, Range<usize>), ModelError> {
+        match (&p.tolerance, &p.std) {
+            (Some(_), Some(std)) => {
+                let message = format!(
+                    "'{name}' has both a tolerance (relative) and a std (in its unit): say one of them"
+                );
+                Err(self.error(std.span(), message))
+            }
+            (None, Some(std)) => Ok((Uncertainty::Absolute(*std.get_ref()), std.span())),
+            (Some(t), None) => Ok((Uncertainty::Relative(*t.get_ref()), t.span())),
+            (None, None) => Ok((Uncertainty::Absolute(0.0), p.value.span())),
+        }
     }
 
     fn equations(&self, raw: &File, names: &Names) -> Result<Nodes, ModelError> {
