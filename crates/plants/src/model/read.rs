@@ -1,6 +1,7 @@
 //! From the text of a model file to a [`Model`], every mistake with its place.
 
 mod channel;
+mod define;
 mod effect;
 mod value;
 
@@ -13,6 +14,7 @@ use super::{
 use crate::Hold;
 use crate::dynamics::{Equations, Nodes, Sizes};
 use crate::expression::{Graph, NodeId, parse};
+use define::Definitions;
 use effect::RawEffect;
 use indexmap::IndexMap;
 use serde::Deserialize;
@@ -30,6 +32,8 @@ struct File {
     name: String,
     #[serde(default)]
     parameters: IndexMap<Spanned<String>, RawParameter>,
+    #[serde(default)]
+    define: Definitions,
     #[serde(default)]
     input: Vec<RawInput>,
     #[serde(default)]
@@ -170,15 +174,27 @@ struct Reader<'a> {
     file: &'a str,
 }
 
-/// The declared names and the slots of their variables.
+/// The declared names: those of variables in the order of their slots, and definitions.
 struct Names {
     list: Vec<String>,
     sizes: Sizes,
+    /// Definitions that are read.
+    defined: Vec<(String, NodeId)>,
 }
 
 impl Names {
     fn node(&self, graph: &mut Graph, name: &str) -> Option<NodeId> {
-        self.list.iter().position(|n| n == name).map(|slot| graph.variable(slot))
+        let slot = self.list.iter().position(|n| n == name);
+        slot.map(|slot| graph.variable(slot)).or_else(|| self.definition(name))
+    }
+
+    fn definition(&self, name: &str) -> Option<NodeId> {
+        self.defined.iter().find(|(n, _)| n == name).map(|(_, node)| *node)
+    }
+
+    /// All names that an expression may use.
+    fn all(&self) -> Vec<String> {
+        self.list.iter().chain(self.defined.iter().map(|(name, _)| name)).cloned().collect()
     }
 
     /// The entry of the machine's state, or the input, of that name.
@@ -213,14 +229,19 @@ impl Reader<'_> {
     }
 
     fn model(&self, raw: File) -> Result<Model, ModelError> {
-        let names = self.names(&raw)?;
+        let mut names = self.names(&raw)?;
         let parameters = self.parameters(&raw)?;
-        let mut nodes = self.equations(&raw, &names)?;
+        let mut nodes = Nodes::default();
+        self.define(&raw.define, &mut nodes.graph, &mut names)?;
+        self.equations(&raw, &names, &mut nodes)?;
         let measurements = raw
             .measurement
             .iter()
             .map(|m| self.measurement(m, &mut nodes, &names))
             .collect::<Result<_, _>>()?;
+        if nodes.graph.nodes().len() > LARGEST {
+            return Err(self.whole("the model's expressions hold more than 60 000 operations"));
+        }
         let quantity = |name: &Spanned<String>, unit: &String| Quantity {
             name: name.get_ref().clone(),
             unit: unit.clone(),
@@ -269,8 +290,9 @@ impl Reader<'_> {
                 .map_err(|e| self.error(name.span(), e.to_string()))?;
             list.push(name.get_ref().clone());
         }
+        self.check_defined(&raw.define, &list)?;
         // A model may use a name of its own for something else than time.
-        if !list.iter().any(|n| n == "t") {
+        if !list.iter().any(|n| n == "t") && !raw.define.contains_key("t") {
             list.push("t".to_owned());
         } else {
             list.push(String::new());
@@ -281,7 +303,7 @@ impl Reader<'_> {
             states: raw.state.len(),
             inputs: raw.input.len(),
         };
-        Ok(Names { list, sizes })
+        Ok(Names { list, sizes, defined: vec![] })
     }
 
     fn unknown_parameter(&self, raw: &File, name: &str, model: &Model) -> ModelError {
@@ -326,15 +348,14 @@ impl Reader<'_> {
             }
             (None, Some(std)) => Ok((Uncertainty::Absolute(*std.get_ref()), std.span())),
             (Some(t), None) => Ok((Uncertainty::Relative(*t.get_ref()), t.span())),
-            (None, None) => Ok((Uncertainty::Absolute(0.0), p.value.span())),
+            (None, None) => Ok((Uncertainty::Relative(0.0), p.value.span())),
         }
     }
 
-    fn equations(&self, raw: &File, names: &Names) -> Result<Nodes, ModelError> {
-        let mut nodes = Nodes::default();
+    fn equations(&self, raw: &File, names: &Names, nodes: &mut Nodes) -> Result<(), ModelError> {
         let n = raw.coordinate.len();
         match &raw.mechanics {
-            Some(mechanics) => self.mechanics(mechanics, n, names, &mut nodes)?,
+            Some(mechanics) => self.mechanics(mechanics, n, names, nodes)?,
             None if n > 0 => {
                 let message = "the model has coordinates but no [mechanics] with mass and force";
                 return Err(self.whole(message));
@@ -345,10 +366,7 @@ impl Reader<'_> {
             let node = self.expression(&s.derivative, &mut nodes.graph, names)?;
             nodes.force.push(node);
         }
-        if nodes.graph.nodes().len() > LARGEST {
-            return Err(self.whole("the model's expressions hold more than 60 000 operations"));
-        }
-        Ok(nodes)
+        Ok(())
     }
 
     fn mechanics(
@@ -391,7 +409,7 @@ impl Reader<'_> {
         names: &Names,
     ) -> Result<NodeId, ModelError> {
         let lookup = |graph: &mut Graph, name: &str| names.node(graph, name);
-        parse(text.get_ref(), graph, &names.list, &lookup).map_err(|e| {
+        parse(text.get_ref(), graph, &names.all(), &lookup).map_err(|e| {
             // The span of a string begins with its quotes.
             let span = text.span();
             let quotes = (span.len().saturating_sub(text.get_ref().len())) / 2;
