@@ -91,7 +91,9 @@ pub struct Integration {
 pub struct InputNoise {
     /// Standard deviation, each sample apart.
     pub std: f64,
-    /// The same as a share of the input's own standard deviation.
+    /// The same as a share of the input's own standard deviation; `null` in JSON where the input never
+    /// changes, infinite here.
+    #[serde(with = "infinite_as_null")]
     pub share: f64,
     /// Unit.
     pub unit: String,

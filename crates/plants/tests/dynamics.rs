@@ -348,6 +348,8 @@ fn mistakes_of_builders_are_typed() {
     let std = BuildError::from(UncertaintyError::Std { name: "m".into(), found: f64::INFINITY });
     let endless = cart().parameter_with_std("m", 1.0, "kg", f64::INFINITY);
     assert_eq!(error(endless.rates(rest)), std);
+    let noise = BuildError::InputNoise { name: "u".into(), found: -1.0 };
+    assert_eq!(error(cart().input("u", "N").input_noise(-1.0).rates(rest)), noise);
     let nothing = BuildError::from(UncertaintyError::OfZero { name: "load".into(), found: 0.2 });
     assert_eq!(error(cart().parameter("load", 0.0, "kg", 0.2).rates(rest)), nothing);
     let measured = error(cart().measurement("enc", "y", "mm").rates(rest));

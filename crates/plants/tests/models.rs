@@ -219,6 +219,40 @@ fn mistakes_in_definitions_are_told_with_line_and_column() {
 }
 
 #[test]
+fn inputs_say_what_stands_behind_them() {
+    let plain = &read(TWO_LINK).inputs[1];
+    assert_eq!((&*plain.name, plain.actuator, plain.noise), ("tau2", true, None));
+    let with =
+        |more: &str| TWO_LINK.replace("name = \"tau2\"", &format!("name = \"tau2\"\n{more}"));
+    let input = &read(&with("actuator = false\nnoise = 0.1")).inputs[1];
+    assert_eq!((input.actuator, input.noise), (false, Some(0.1)));
+    let e = error(&with("noise = -0.1"));
+    assert!(e.starts_with("model.toml:12:9: ") && e.contains("the noise of 'tau2'"), "{e}");
+    let e = error(&with("actuator = \"no\""));
+    assert!(e.starts_with("model.toml:12:12: ") && e.contains("bool"), "{e}");
+    let built = Model::builder("cart").input("u", "N").no_actuator().input_noise(0.2);
+    let built = built.coordinate("x", "v", "m").rates(|at| [at.inputs[0]]).build().expect("right");
+    assert_eq!((built.inputs[0].actuator, built.inputs[0].noise), (false, Some(0.2)));
+}
+
+#[test]
+fn a_mass_may_be_an_input() {
+    let cart = |mass: &str| {
+        format!(
+            "name = \"cart\"\n[[input]]\nname = \"u\"\nunit = \"N\"\n[[input]]\nname = \"load\"\n\
+             unit = \"kg\"\nactuator = false\n[[coordinate]]\nname = \"x\"\nvelocity = \"v\"\n\
+             unit = \"m\"\n[mechanics]\nmass = [[\"{mass}\"]]\nforce = [\"u\"]\n"
+        )
+    };
+    let mut rates = [0.0; 2];
+    System::new(&read(&cart("load"))).derivative(0.0, &[0.0, 0.0], &[3.0, 1.5], &mut rates);
+    assert_eq!(rates, [0.0, 2.0]);
+    assert_eq!(read(&cart("load")).force_unit(0), "N");
+    let e = error(&cart("load*x"));
+    assert!(e.contains("singular"), "{e}");
+}
+
+#[test]
 fn mistakes_in_effects_are_told() {
     let with = |effect: &str| error(&format!("{TWO_LINK}\n[[effect]]\n{effect}\n"));
     let e = with("class = \"coulomb\"\nchannel = \"q1\"");

@@ -43,7 +43,7 @@ pub struct Problem<'a> {
     /// Magnitudes of the differences of each force channel and those before it
     /// ([`Scales::apart`]).
     apart: Vec<Vec<(f64, f64)>>,
-    /// Noise that each input shows.
+    /// Noise that each input shows, or that the model states.
     input_noise: Vec<f64>,
     /// Set from outside when nobody waits for fits any more.
     cancelled: Option<&'a AtomicBool>,
@@ -79,7 +79,7 @@ impl<'a> Problem<'a> {
             channels: vec![],
             inputs: vec![],
             apart: vec![],
-            input_noise: (0..model.inputs.len()).map(|j| shown_noise(dataset, j)).collect(),
+            input_noise: input_noise(model, dataset),
             cancelled: None,
         };
         for motion in &mut this.smoothed {
@@ -162,8 +162,8 @@ impl<'a> Problem<'a> {
         self.inputs[input].input.0
     }
 
-    /// The noise that a recorded input shows itself: it cannot differ from what the machine got by
-    /// more.
+    /// The noise of a recorded input as the model states it; where it does not, that which the input
+    /// shows itself: it cannot differ from what the machine got by more.
     #[must_use]
     pub fn input_noise(&self, input: usize) -> f64 {
         self.input_noise[input]
@@ -336,6 +336,12 @@ impl<'a> Problem<'a> {
             ..Scales::default()
         }
     }
+}
+
+/// Noise of each input: stated, or shown.
+fn input_noise(model: &Model, dataset: &Dataset) -> Vec<f64> {
+    let inputs = model.inputs.iter().enumerate();
+    inputs.map(|(j, input)| input.noise.unwrap_or_else(|| shown_noise(dataset, j))).collect()
 }
 
 /// Noise that the commands to an actuator show; none where it cannot be told.

@@ -25,6 +25,13 @@ impl ProcessNoise {
         Self { inputs: vec![0.0; model.inputs.len()], forces: vec![0.0; model.channels()] }
     }
 
+    /// What the model states of its inputs alone.
+    #[must_use]
+    pub fn stated(model: &Model) -> Self {
+        let inputs = model.inputs.iter().map(|input| input.noise.unwrap_or(0.0)).collect();
+        Self { inputs, ..Self::none(model) }
+    }
+
     /// Whether there is none at all.
     #[must_use]
     pub fn is_none(&self) -> bool {

@@ -2,12 +2,12 @@
 
 use super::name::check_name;
 use super::{
-    Coordinate, Measured, Measurement, Model, NameError, Parameter, Quantity, System, Uncertainty,
+    Coordinate, RecordedInput, Measured, Measurement, Model, NameError, Parameter, Quantity, Uncertainty,
     UncertaintyError,
 };
 use crate::Hold;
 use crate::dynamics::{
-    Differences, Dynamics, Exact, GenericSimulator, Mass, Mechanics, Point, Rates, Simulator, Sizes,
+    Differences, Dynamics, Exact, GenericSimulator, Mechanics, Point, Rates, Simulator, Sizes,
 };
 use std::fmt;
 use std::sync::Arc;
@@ -65,6 +65,14 @@ pub enum BuildError {
     /// What is believed of a parameter is no standard deviation.
     #[error(transparent)]
     Uncertainty(#[from] UncertaintyError),
+    /// Noise of an input that is no standard deviation.
+    #[error("the noise of '{name}' is a standard deviation in its unit, 0 or more; found {found}")]
+    InputNoise {
+        /// The input.
+        name: String,
+        /// Its noise.
+        found: f64,
+    },
     /// A measurement of something that the model does not have.
     #[error("column '{column}' measures '{of}', which is none of {}", known.join(", "))]
     Measured {
@@ -87,7 +95,7 @@ type Make = Box<dyn FnOnce(&Rest) -> Result<Arc<dyn Dynamics>, BuildError>>;
 pub struct Builder {
     name: String,
     parameters: Vec<Parameter>,
-    inputs: Vec<Quantity>,
+    inputs: Vec<RecordedInput>,
     coordinates: Vec<Coordinate>,
     states: Vec<Quantity>,
     /// Column, what it measures, unit.
@@ -169,10 +177,31 @@ impl Builder {
         self
     }
 
-    /// An input.
+    /// An input: a command to an actuator ([`Builder::no_actuator`]), of whose noise nothing is known
+    /// ([`Builder::input_noise`]).
     #[must_use]
     pub fn input(mut self, name: &str, unit: &str) -> Self {
-        self.inputs.push(Quantity { name: name.to_owned(), unit: unit.to_owned() });
+        self.inputs.push(RecordedInput::new(name, unit));
+        self
+    }
+
+    /// The input declared last drives the machine as it was recorded, no actuator between: a computed
+    /// torque, a reference, a measured disturbance. Without an input it says nothing.
+    #[must_use]
+    pub fn no_actuator(mut self) -> Self {
+        if let Some(input) = self.inputs.last_mut() {
+            input.actuator = false;
+        }
+        self
+    }
+
+    /// What was recorded of the input declared last differs from what the machine got by noise of
+    /// this standard deviation, in the input's unit; 0: by none. Without an input it says nothing.
+    #[must_use]
+    pub fn input_noise(mut self, std: f64) -> Self {
+        if let Some(input) = self.inputs.last_mut() {
+            input.noise = Some(std);
+        }
         self
     }
 
@@ -322,16 +351,16 @@ impl Builder {
             let measurement = measurement(&model, declared)?;
             model.measurements.push(measurement);
         }
-        check_mass(&model)?;
-        Ok(model)
+        if model.is_singular_at_rest() { Err(BuildError::SingularMass) } else { Ok(model) }
     }
 
     fn check_names(&self) -> Result<(), NameError> {
         let parameters = self.parameters.iter().map(|p| &p.name);
         let coordinates = self.coordinates.iter().flat_map(|c| [&c.name, &c.velocity]);
-        let others = self.states.iter().chain(&self.inputs).map(|q| &q.name);
+        let states = self.states.iter().map(|s| &s.name);
+        let inputs = self.inputs.iter().map(|i| &i.name);
         let mut taken: Vec<String> = vec![];
-        for name in parameters.chain(coordinates).chain(others) {
+        for name in parameters.chain(coordinates).chain(states).chain(inputs) {
             check_name(name, &taken)?;
             taken.push(name.clone());
         }
@@ -345,6 +374,10 @@ impl Builder {
                 return Err(BuildError::Value { name, found });
             }
             parameter.check()?;
+        }
+        for input in self.inputs.iter().filter(|i| !i.has_possible_noise()) {
+            let (name, found) = (input.name.clone(), input.noise.unwrap_or_default());
+            return Err(BuildError::InputNoise { name, found });
         }
         Ok(())
     }
@@ -392,15 +425,4 @@ fn measurement(
             Err(BuildError::Measured { column, of, known })
         }
     }
-}
-
-/// A simulator may be undefined at rest for other reasons: only a determinant that vanishes is the
-/// mass matrix's fault.
-fn check_mass(model: &Model) -> Result<(), BuildError> {
-    if model.dynamics.mass() == Mass::Unit || model.coordinates.is_empty() {
-        return Ok(());
-    }
-    let system = System::new(model);
-    let rest = system.at_rest(&vec![0.0; model.machine_states()]);
-    if system.mass_determinant(&rest) == 0.0 { Err(BuildError::SingularMass) } else { Ok(()) }
 }

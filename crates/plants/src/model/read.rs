@@ -8,8 +8,8 @@ mod value;
 use super::name::check_name;
 use super::units::same_unit;
 use super::{
-    Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, Quantity, Source,
-    System, Uncertainty,
+    Coordinate, RecordedInput, Measured, Measurement, Model, ModelError, Parameter, Place, Quantity,
+    Source, Uncertainty,
 };
 use crate::Hold;
 use crate::dynamics::{Equations, Nodes, Sizes};
@@ -69,6 +69,15 @@ struct RawInput {
     name: Spanned<String>,
     #[serde(default)]
     unit: String,
+    /// Whether an actuator stands between what was recorded and the machine.
+    #[serde(default = "yes")]
+    actuator: bool,
+    /// Known standard deviation of what was recorded.
+    noise: Option<Spanned<f64>>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 #[derive(Deserialize)]
@@ -242,16 +251,14 @@ impl Reader<'_> {
         if nodes.graph.nodes().len() > LARGEST {
             return Err(self.whole("the model's expressions hold more than 60 000 operations"));
         }
-        let quantity = |name: &Spanned<String>, unit: &String| Quantity {
-            name: name.get_ref().clone(),
-            unit: unit.clone(),
-        };
+        let state =
+            |s: &RawState| Quantity { name: s.name.get_ref().clone(), unit: s.unit.clone() };
         let mut model = Model {
             name: raw.name,
             parameters,
-            inputs: raw.input.iter().map(|i| quantity(&i.name, &i.unit)).collect(),
+            inputs: self.inputs(&raw.input)?,
             coordinates: raw.coordinate.iter().map(coordinate).collect(),
-            states: raw.state.iter().map(|s| quantity(&s.name, &s.unit)).collect(),
+            states: raw.state.iter().map(state).collect(),
             effects: vec![],
             measurements,
             time_column: raw.recordings.time,
@@ -458,16 +465,33 @@ impl Reader<'_> {
 
     /// A mass matrix that is singular at rest is a mistake in the file.
     fn check_mass(&self, model: &Model, raw: Option<&RawMechanics>) -> Result<(), ModelError> {
-        let Some(raw) = raw else { return Ok(()) };
-        let system = System::new(model);
-        let rest = system.at_rest(&vec![0.0; model.machine_states()]);
-        // The mechanics may be undefined at rest for other reasons (a division by a state);
-        // only a determinant that vanishes is the mass matrix's fault.
-        if system.mass_determinant(&rest) == 0.0 {
-            let message = "the mass matrix is singular where all coordinates are 0: it cannot be solved for the accelerations";
-            return Err(self.error(raw.mass.span(), message.to_owned()));
+        match raw {
+            Some(raw) if model.is_singular_at_rest() => {
+                let message = "the mass matrix is singular where all coordinates are 0: it cannot be solved for the accelerations";
+                Err(self.error(raw.mass.span(), message.to_owned()))
+            }
+            _ => Ok(()),
         }
-        Ok(())
+    }
+
+    fn inputs(&self, raw: &[RawInput]) -> Result<Vec<RecordedInput>, ModelError> {
+        let one = |raw: &RawInput| {
+            let (name, noise) = (raw.name.get_ref(), raw.noise.as_ref());
+            let mut input = RecordedInput::new(name, &raw.unit);
+            input.actuator = raw.actuator;
+            input.noise = noise.map(|std| *std.get_ref());
+            match noise {
+                Some(std) if !input.has_possible_noise() => {
+                    let found = std.get_ref();
+                    let message = format!(
+                        "the noise of '{name}' is a standard deviation in its unit, 0 or more; found {found}"
+                    );
+                    Err(self.error(std.span(), message))
+                }
+                _ => Ok(input),
+            }
+        };
+        raw.iter().map(one).collect()
     }
 }
 

@@ -221,7 +221,7 @@ pub fn inputs(
     recordings: &[Recording],
     data: &Dataset,
 ) -> Result<Vec<Input>, Box<dyn Error>> {
-    let input = |(j, quantity): (usize, &lacuna::plants::model::Quantity)| {
+    let input = |(j, quantity): (usize, &lacuna::plants::model::RecordedInput)| {
         let (column, column_unit) = column_of(model, Measured::Input(j), &quantity.name);
         let series: Vec<Vec<f64>> = data.recordings.iter().map(|r| r.command(j)).collect();
         let slices: Vec<&[f64]> = series.iter().map(Vec::as_slice).collect();
