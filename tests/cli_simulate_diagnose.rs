@@ -430,3 +430,67 @@ fn arguments_that_make_no_sense_are_refused() {
         assert!(said.contains(&format!("--warmup {warmup}")) && said.contains("700"), "{said}");
     }
 }
+
+fn notes(diagnosis: &Value) -> String {
+    let notes = diagnosis["notes"].as_array().expect("notes");
+    notes.iter().filter_map(Value::as_str).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn what_is_excluded_is_not_named_and_the_reader_knows() {
+    let bench = Bench::of(FRICTION);
+    let named = |d: &Value| -> Vec<String> {
+        let findings = d["findings"].as_array().expect("findings");
+        findings.iter().map(|f| f["class"].as_str().expect("a class").to_owned()).collect()
+    };
+    let asked = ["--exclude", "coulomb_friction@q", "stribeck_friction", "--json"];
+    let d = bench.json(&diagnose(&asked));
+    assert!(!named(&d).iter().any(|c| c == "coulomb_friction" || c == "stribeck_friction"), "{d}");
+    assert!(notes(&d).contains("as was asked: coulomb_friction@q, stribeck_friction"), "{d}");
+
+    // What may not be named is missing all the same.
+    let d = bench.json(&diagnose(&["--only", "cubic_stiffness", "--exact", "tau", "--json"]));
+    assert!(named(&d).iter().all(|c| c == "cubic_stiffness"), "{d}");
+    assert_ne!(d["verdict"], "no_mismatch", "{d}");
+    let notes = notes(&d);
+    assert!(notes.contains("Nothing but cubic_stiffness was looked for"), "{notes}");
+    assert!(notes.contains("the recorded tau was taken for exactly"), "{notes}");
+    assert!(d["driving"]["inputs"].as_object().expect("inputs").is_empty(), "{d}");
+}
+
+#[test]
+fn names_that_do_not_exist_are_told_with_those_that_are_near() {
+    let bench = Bench::of("");
+    for (asked, expected) in [
+        (["--exclude", "coulomb_fricton"], "did you mean 'coulomb_friction'?"),
+        (["--only", "dead_zone@tua"], "there is no channel 'tua', did you mean 'tau'?"),
+        (["--exact", "torque"], "there is no input 'torque'; there are tau"),
+    ] {
+        let said = bench.error(&diagnose(&asked));
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
+fn a_budget_ends_the_search_with_a_whole_diagnosis() {
+    let bench = Bench::of(FRICTION);
+    let begun = std::time::Instant::now();
+    let hurried = bench.json(&diagnose(&["--time-budget", "0.001", "--json", "--out", "hurried"]));
+    let hurried_s = begun.elapsed().as_secs_f64();
+    assert_eq!(hurried["verdict"], "unexplained", "{hurried}");
+    assert!(notes(&hurried).contains("The time budget of 0.001 s ended the search"), "{hurried}");
+    assert!(notes(&hurried).contains("the effects of the catalogue"), "{hurried}");
+    assert!(hurried["fit"]["held_out"]["q"]["rmse_after"].is_f64(), "{hurried}");
+    let read: Diagnosis = serde_json::from_value(hurried.clone()).expect("the schema");
+    assert_eq!(read.verdict, Verdict::Unexplained);
+    assert!(bench.text("hurried/report.html").contains("The time budget"));
+    Model::read(&bench.path("hurried/augmented.toml")).expect("a model");
+
+    // A budget that is not reached changes nothing.
+    let begun = std::time::Instant::now();
+    let free = bench.json(&diagnose(&["--json"]));
+    let free_s = begun.elapsed().as_secs_f64();
+    assert_eq!(bench.json(&diagnose(&["--time-budget", "36000", "--json"])), free);
+    assert_eq!(free["findings"][0]["class"], "coulomb_friction", "{free}");
+    assert!(hurried_s < 0.5 * free_s, "{hurried_s} s of {free_s} s");
+}

@@ -31,12 +31,13 @@ impl Ladder<'_> {
                 true => format!(" ({:.1} % of its spread)", 100.0 * share),
                 false => String::new(),
             };
-            let stated = match self.problem.model.inputs.iter().any(|i| i.name == *name && i.noise.is_some()) {
+            let mut stated = self.problem.model.inputs.iter().filter(|i| i.noise.is_some());
+            let by = match stated.any(|i| i.name == *name) {
                 true => ", as the model says",
                 false => "",
             };
             format!(
-                "The recorded {name} is not quite what the machine got: they differ by noise of {std:.2e} {unit} a sample{of_spread}{stated}."
+                "The recorded {name} is not quite what the machine got: they differ by noise of {std:.2e} {unit} a sample{of_spread}{by}."
             )
         });
         let forces = forces.iter().map(|(name, n)| {

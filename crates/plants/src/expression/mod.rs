@@ -10,6 +10,6 @@ mod program;
 mod token;
 
 pub use graph::{Binary, Graph, Node, NodeId, Unary};
-pub use parse::{ExpressionError, Problem, parse};
-pub(crate) use parse::{is_function, names_in, nearest};
+pub use parse::{ExpressionError, Problem, nearest, parse};
+pub(crate) use parse::{is_function, names_in};
 pub use program::{Bound, Program};

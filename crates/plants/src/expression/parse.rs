@@ -278,7 +278,8 @@ pub(crate) fn is_function(name: &str) -> bool {
 
 /// The declared name nearest to `name`, if one is near at all: few letters differ, or one is
 /// part of the other.
-pub(crate) fn nearest(name: &str, names: &[String]) -> Option<String> {
+#[must_use]
+pub fn nearest(name: &str, names: &[String]) -> Option<String> {
     let limit = name.len().div_ceil(3);
     let candidates = names.iter().map(|n| (distance(name, n), n));
     let near = candidates.filter(|&(d, _)| d <= limit).min_by_key(|&(d, _)| d);

@@ -2,8 +2,8 @@
 
 use super::name::check_name;
 use super::{
-    Coordinate, RecordedInput, Measured, Measurement, Model, NameError, Parameter, Quantity, Uncertainty,
-    UncertaintyError,
+    Coordinate, Measured, Measurement, Model, NameError, Parameter, Quantity, RecordedInput,
+    Uncertainty, UncertaintyError,
 };
 use crate::Hold;
 use crate::dynamics::{

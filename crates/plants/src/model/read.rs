@@ -8,8 +8,8 @@ mod value;
 use super::name::check_name;
 use super::units::same_unit;
 use super::{
-    Coordinate, RecordedInput, Measured, Measurement, Model, ModelError, Parameter, Place, Quantity,
-    Source, Uncertainty,
+    Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, Quantity,
+    RecordedInput, Source, Uncertainty,
 };
 use crate::Hold;
 use crate::dynamics::{Equations, Nodes, Sizes};
