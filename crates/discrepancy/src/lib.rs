@@ -36,6 +36,7 @@ pub mod diagnosis;
 mod error;
 pub mod likelihood;
 pub mod missing_force;
+pub mod number;
 pub mod prediction;
 pub mod probability;
 mod range;

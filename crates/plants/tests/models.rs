@@ -236,6 +236,16 @@ fn inputs_say_what_stands_behind_them() {
 }
 
 #[test]
+fn an_input_is_one_column() {
+    let of =
+        |column: &str, of: &str| format!("[[measurement]]\ncolumn = \"{column}\"\nof = \"{of}\"\n");
+    let two_sensors = format!("{TWO_LINK}{}{}", of("encoder", "q1"), of("camera", "q1"));
+    assert_eq!(read(&two_sensors).measurements.len(), 2);
+    let e = error(&format!("{TWO_LINK}{}{}", of("i1", "tau1"), of("i2", "tau1")));
+    assert!(e.starts_with("model.toml:30:6: ") && e.contains("'i1' already is"), "{e}");
+}
+
+#[test]
 fn a_mass_may_be_an_input() {
     let cart = |mass: &str| {
         format!(

@@ -375,11 +375,13 @@ impl Builder {
             }
             parameter.check()?;
         }
-        for input in self.inputs.iter().filter(|i| !i.has_possible_noise()) {
-            let (name, found) = (input.name.clone(), input.noise.unwrap_or_default());
-            return Err(BuildError::InputNoise { name, found });
+        match self.inputs.iter().find(|input| !input.has_possible_noise()) {
+            Some(input) => {
+                let (name, found) = (input.name.clone(), input.noise.unwrap_or_default());
+                Err(BuildError::InputNoise { name, found })
+            }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     fn rest(&self) -> Rest {

@@ -243,11 +243,12 @@ impl Reader<'_> {
         let mut nodes = Nodes::default();
         self.define(&raw.define, &mut nodes.graph, &mut names)?;
         self.equations(&raw, &names, &mut nodes)?;
-        let measurements = raw
+        let measurements: Vec<Measurement> = raw
             .measurement
             .iter()
             .map(|m| self.measurement(m, &mut nodes, &names))
             .collect::<Result<_, _>>()?;
+        self.check_measured_inputs(&raw.measurement, &measurements)?;
         if nodes.graph.nodes().len() > LARGEST {
             return Err(self.whole("the model's expressions hold more than 60 000 operations"));
         }
@@ -442,6 +443,25 @@ impl Reader<'_> {
         };
         let (column, unit) = (raw.column.clone(), raw.unit.clone());
         Ok(Measurement { column, unit, of, text: text.clone() })
+    }
+
+    /// Of an input one recorded column is what drives the machine.
+    fn check_measured_inputs(
+        &self,
+        raw: &[RawMeasurement],
+        measurements: &[Measurement],
+    ) -> Result<(), ModelError> {
+        for (k, (m, raw)) in measurements.iter().zip(raw).enumerate() {
+            let first = measurements[..k].iter().find(|earlier| earlier.of == m.of);
+            if let (Measured::Input(_), Some(first)) = (m.of, first) {
+                let message = format!(
+                    "column '{}' already is the input '{}': an input is one column",
+                    first.column, m.text
+                );
+                return Err(self.error(raw.of.span(), message));
+            }
+        }
+        Ok(())
     }
 
     /// What the model states of the unit of a force must be what its parameters and inputs say.
