@@ -430,3 +430,143 @@ fn arguments_that_make_no_sense_are_refused() {
         assert!(said.contains(&format!("--warmup {warmup}")) && said.contains("700"), "{said}");
     }
 }
+
+fn notes(diagnosis: &Value) -> String {
+    let notes = diagnosis["notes"].as_array().expect("notes");
+    notes.iter().filter_map(Value::as_str).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn what_is_excluded_is_not_named_and_the_reader_knows() {
+    let bench = Bench::of(FRICTION);
+    let named = |d: &Value| -> Vec<String> {
+        let findings = d["findings"].as_array().expect("findings");
+        findings.iter().map(|f| f["class"].as_str().expect("a class").to_owned()).collect()
+    };
+    let asked = ["--exclude", "coulomb_friction@q", "stribeck_friction", "--json"];
+    let d = bench.json(&diagnose(&asked));
+    assert!(!named(&d).iter().any(|c| c == "coulomb_friction" || c == "stribeck_friction"), "{d}");
+    assert!(notes(&d).contains("as was asked: coulomb_friction@q, stribeck_friction"), "{d}");
+
+    // What may not be named is missing all the same.
+    let d = bench.json(&diagnose(&["--only", "cubic_stiffness", "--exact", "tau", "--json"]));
+    assert!(named(&d).iter().all(|c| c == "cubic_stiffness"), "{d}");
+    assert_ne!(d["verdict"], "no_mismatch", "{d}");
+    let notes = notes(&d);
+    assert!(notes.contains("Nothing but cubic_stiffness was looked for"), "{notes}");
+    assert!(notes.contains("the recorded tau was taken for exactly"), "{notes}");
+    assert!(d["driving"]["inputs"].as_object().expect("inputs").is_empty(), "{d}");
+}
+
+#[test]
+fn names_that_do_not_exist_are_told_with_those_that_are_near() {
+    let bench = Bench::of("");
+    for (asked, expected) in [
+        (["--exclude", "coulomb_fricton"], "did you mean 'coulomb_friction'?"),
+        (["--only", "dead_zone@taw"], "there is no channel 'taw', did you mean 'tau'?"),
+        (["--exact", "torque"], "there is no input 'torque'; there are tau"),
+    ] {
+        let said = bench.error(&diagnose(&asked));
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
+fn a_budget_ends_the_search_with_a_whole_diagnosis() {
+    let bench = Bench::of(FRICTION);
+    let begun = std::time::Instant::now();
+    let hurried = bench.json(&diagnose(&["--time-budget", "0.001", "--json", "--out", "hurried"]));
+    let hurried_s = begun.elapsed().as_secs_f64();
+    assert_eq!(hurried["verdict"], "unexplained", "{hurried}");
+    assert!(notes(&hurried).contains("The time budget of 0.001 s ended the search"), "{hurried}");
+    assert!(notes(&hurried).contains("the effects of the catalogue"), "{hurried}");
+    assert!(hurried["fit"]["held_out"]["q"]["rmse_after"].is_f64(), "{hurried}");
+    let read: Diagnosis = serde_json::from_value(hurried.clone()).expect("the schema");
+    assert_eq!(read.verdict, Verdict::Unexplained);
+    assert!(bench.text("hurried/report.html").contains("The time budget"));
+    Model::read(&bench.path("hurried/augmented.toml")).expect("a model");
+
+    // A budget that is not reached changes nothing.
+    let begun = std::time::Instant::now();
+    let free = bench.json(&diagnose(&["--json"]));
+    let free_s = begun.elapsed().as_secs_f64();
+    assert_eq!(bench.json(&diagnose(&["--time-budget", "36000", "--json"])), free);
+    assert_eq!(free["findings"][0]["class"], "coulomb_friction", "{free}");
+    assert!(hurried_s < free_s, "{hurried_s} s of {free_s} s");
+}
+
+/// Every number that JSON cannot hold becomes null: there is none but where the schema says so.
+fn assert_finite(value: &Value, at: &str) {
+    const MAY_BE_NULL: [&str; 1] = ["time"];
+    match value {
+        Value::Null => {
+            assert!(MAY_BE_NULL.iter().any(|name| at.ends_with(&format!(".{name}"))), "{at}");
+        }
+        Value::Array(all) => all.iter().for_each(|v| assert_finite(v, at)),
+        Value::Object(all) => {
+            all.iter().for_each(|(name, v)| assert_finite(v, &format!("{at}.{name}")));
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn two_sensors_of_one_channel_and_two_recordings_are_told_apart() {
+    let bench = Bench::of(FRICTION);
+    let sensors = "[[measurement]]\ncolumn = \"q\"\nof = \"q\"\n[[measurement]]\ncolumn = \"camera\"\nof = \"q\"\nunit = \"deg\"\n";
+    bench.write("two.toml", format!("{MODEL}{sensors}").as_bytes());
+    for run in 0..3u64 {
+        let source = RecordingSource::file(bench.path(&format!("run{run}.csv")));
+        let mut recording = lacuna::recordings::read(&source, "t").unwrap();
+        let mut camera = recording.column("q").unwrap().to_vec();
+        camera.iter_mut().for_each(|q| *q = q.to_degrees());
+        add_gaussian_noise(&mut camera, 0.3, &mut rng(8, run)).unwrap();
+        recording.columns.push(Column { name: "camera".to_owned(), values: camera });
+        write_csv_with_time(&bench.path(&format!("two{run}.csv")), &recording, "t").unwrap();
+    }
+    let checked = bench.json(&["check", "two.toml", "two0.csv", "--json"]);
+    let columns =
+        |k: usize| (&checked["channels"][k]["column"], &checked["channels"][k]["column_unit"]);
+    assert_eq!(columns(0), (&Value::from("q"), &Value::from("rad")), "{checked}");
+    assert_eq!(columns(1), (&Value::from("camera"), &Value::from("deg")), "{checked}");
+    let asked = ["diagnose", "two.toml", "two0.csv", "--held-out", "two1.csv", "two2.csv"];
+    let d = bench.json(&[&asked[..], &["--json", "--out", "found"]].concat());
+    assert_finite(&d, "");
+    assert_eq!(d["findings"][0]["class"], "coulomb_friction", "{d}");
+    let held = |name: &str, key: &str| d["fit"]["held_out"][name][key].as_f64().expect("a number");
+    assert!((held("camera", "noise") / 0.3_f64.to_radians() - 1.0).abs() < 0.2, "{d}");
+    assert!((held("q", "noise") / NOISE - 1.0).abs() < 0.2, "{d}");
+    let by = d["fit"]["by_recording"].as_object().expect("two recordings");
+    let names: Vec<&String> = by.keys().collect();
+    assert!(
+        names.len() == 2 && names[0].contains("two1") && names[1].contains("two2"),
+        "{names:?}"
+    );
+    let squares: f64 =
+        by.values().map(|r| r["q"]["rmse_after"].as_f64().expect("a number").powi(2)).sum();
+    assert!(((squares / 2.0).sqrt() / held("q", "rmse_after") - 1.0).abs() < 1e-3, "{d}");
+    assert!(bench.text("found/report.html").contains("by recording, before → after"));
+    let read: Diagnosis = serde_json::from_value(d).expect("the schema");
+    assert!(!read.findings[0].parameters["magnitude"].at_bound);
+}
+
+/// A parameter that the recordings want beyond four of its standard deviations.
+#[test]
+fn what_lies_at_the_edge_of_what_was_tried_is_no_estimate() {
+    let bench = Bench::of(FRICTION);
+    let wrong = MODEL.replace("b = { value = 0.03", "b = { value = 0.02");
+    bench.write(
+        "model.toml",
+        wrong.replace("rad\", tolerance = 0.1", "rad\", std = 0.0005").as_bytes(),
+    );
+    let d = bench.json(&diagnose(&["--only", "coulomb_friction", "--json"]));
+    let b = &d["calibration"]["b"];
+    assert_eq!(b["at_bound"], true, "{d}");
+    assert!((b["value"].as_f64().expect("a number") - 0.022).abs() < 1e-9, "{d}");
+    assert_eq!(d["calibration"]["J"]["at_bound"], false, "{d}");
+    let said = bench.prints(&diagnose(&["--only", "coulomb_friction", "--out", "found"]));
+    let page = bench.text("found/report.html");
+    for text in [said.split_whitespace().collect::<Vec<_>>().join(" "), page] {
+        assert!(text.contains("0.0220 N m s/rad (at the edge of what was tried)"), "{text}");
+    }
+}

@@ -30,7 +30,7 @@ pub struct Term {
     pub shape: Vec<f64>,
 }
 
-/// Every candidate on force channels, on the inputs and on the sensors of a model; sensors are
+/// Every candidate on force channels, on the actuators and on the sensors of a model; sensors are
 /// told by the entry of the machine's state that they measure. Effects that the model has
 /// already are left out.
 #[must_use]
@@ -47,11 +47,11 @@ pub fn candidates(model: &Model, sensors: &[usize]) -> Vec<Candidate> {
                     }));
                 }
             }
-            Law::Input(_) => out.extend((0..model.inputs.len()).map(|channel| Candidate {
-                effect,
-                channel,
-                other: None,
-            })),
+            Law::Input(_) => {
+                // What no actuator stands before reaches the machine as it was recorded.
+                let actuators = (0..model.inputs.len()).filter(|&j| model.inputs[j].actuator);
+                out.extend(actuators.map(|channel| Candidate { effect, channel, other: None }));
+            }
             Law::Sensor(_) => out.extend(sensors.iter().map(|&channel| Candidate {
                 effect,
                 channel,

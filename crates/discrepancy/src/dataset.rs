@@ -260,11 +260,14 @@ struct Used {
 
 /// The columns of the model's measurements; without any, those with a channel's name.
 fn columns(model: &Model, recording: &Recording) -> Result<Vec<Used>, DiagnoseError> {
+    // Of several columns that measure one channel each is told by its own name.
+    let is_shared = |of| model.measurements.iter().filter(|m| m.of == of).count() > 1;
     let mut used: Vec<Used> = model
         .measurements
         .iter()
         .map(|m| {
             let (name, unit) = match m.of {
+                Measured::State(i) if is_shared(m.of) => (m.column.clone(), model.state_unit(i)),
                 Measured::State(i) => (model.state_name(i).to_owned(), model.state_unit(i)),
                 Measured::Input(j) => (model.inputs[j].name.clone(), model.inputs[j].unit.clone()),
                 Measured::Output(_) => (m.column.clone(), m.unit.clone()),

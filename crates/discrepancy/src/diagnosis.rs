@@ -94,7 +94,9 @@ pub struct Integration {
 pub struct InputNoise {
     /// Standard deviation, each sample apart.
     pub std: f64,
-    /// The same as a share of the input's own standard deviation.
+    /// The same as a share of the input's own standard deviation; `null` in JSON where the input never
+    /// changes, infinite here.
+    #[serde(with = "infinite_as_null")]
     pub share: f64,
     /// Unit.
     pub unit: String,
@@ -213,6 +215,10 @@ pub struct Estimate {
     pub std: f64,
     /// Unit.
     pub unit: String,
+    /// Whether the value lies at the edge of what was tried: the recordings would have it beyond, and
+    /// it is no estimate.
+    #[serde(default)]
+    pub at_bound: bool,
 }
 
 /// A rival of a finding.
@@ -261,6 +267,9 @@ pub struct Calibration {
     pub std: f64,
     /// Unit.
     pub unit: String,
+    /// Whether the value lies at the edge of what the model's uncertainty allows.
+    #[serde(default)]
+    pub at_bound: bool,
 }
 
 /// Where the mismatch is.
@@ -307,6 +316,9 @@ pub struct Fit {
     pub held_out: BTreeMap<String, ChannelFit>,
     /// On the recordings that were used.
     pub training: BTreeMap<String, ChannelFit>,
+    /// On each held-out recording by its name, where there are several.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub by_recording: BTreeMap<String, BTreeMap<String, ChannelFit>>,
 }
 
 /// Errors of one measured channel; `null` in JSON where the model diverges, infinite here.

@@ -16,6 +16,22 @@ pub enum DiagnoseError {
     /// Whoever asked for the diagnosis wants it no more.
     #[error("cancelled")]
     Cancelled,
+    /// A name that the catalogue or the model does not have.
+    #[error(
+        "there is no {what} '{found}'{}; there are {}",
+        near.as_ref().map_or_else(String::new, |n| format!(", did you mean '{n}'?")),
+        known.join(", ")
+    )]
+    Unknown {
+        /// What kind of name it is.
+        what: &'static str,
+        /// The name.
+        found: String,
+        /// The nearest that there is.
+        near: Option<String>,
+        /// All that there are.
+        known: Vec<String>,
+    },
     /// There is no recording.
     #[error("no recording is given")]
     NoRecordings,

@@ -2,7 +2,10 @@
 
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::dynamics::{Dynamics, Exact, GenericSimulator, Mass, Point, Sizes};
-use lacuna_plants::model::{Augmentation, BuildError, Builder, NameError, NewEffect, StepInput};
+use lacuna_plants::model::{
+    Augmentation, BuildError, Builder, NameError, NewEffect, StepInput, Uncertainty,
+    UncertaintyError,
+};
 use lacuna_plants::{Model, System};
 use std::sync::Arc;
 
@@ -340,8 +343,15 @@ fn mistakes_of_builders_are_typed() {
     assert_eq!(error(cart().mechanics(|_| [0.0], rest)), BuildError::SingularMass);
     let value = error(cart().parameter("m", f64::NAN, "kg", 0.0).rates(rest));
     assert!(matches!(value, BuildError::Value { name, .. } if name == "m"));
-    let tolerance = BuildError::Tolerance { name: "m".into(), found: -0.1 };
+    let tolerance = BuildError::from(UncertaintyError::Tolerance { name: "m".into(), found: -0.1 });
     assert_eq!(error(cart().parameter("m", 1.0, "kg", -0.1).rates(rest)), tolerance);
+    let std = BuildError::from(UncertaintyError::Std { name: "m".into(), found: f64::INFINITY });
+    let endless = cart().parameter_with_std("m", 1.0, "kg", f64::INFINITY);
+    assert_eq!(error(endless.rates(rest)), std);
+    let noise = BuildError::InputNoise { name: "u".into(), found: -1.0 };
+    assert_eq!(error(cart().input("u", "N").input_noise(-1.0).rates(rest)), noise);
+    let nothing = BuildError::from(UncertaintyError::OfZero { name: "load".into(), found: 0.2 });
+    assert_eq!(error(cart().parameter("load", 0.0, "kg", 0.2).rates(rest)), nothing);
     let measured = error(cart().measurement("enc", "y", "mm").rates(rest));
     let known = vec!["x".to_owned(), "v".to_owned()];
     assert_eq!(measured, BuildError::Measured { column: "enc".into(), of: "y".into(), known });
@@ -378,7 +388,7 @@ fn what_is_found_of_a_closure_is_written_and_read_again() {
     assert!(text.starts_with("# The equations of 'shaft' are code"), "{text}");
     let again = model.with_text(&text, "augmented.toml").expect("read");
     assert_eq!(again.values(), [0.9, 0.3, 11.5, 2.5, 0.4]);
-    assert_eq!(again.parameters[2].tolerance, 0.2);
+    assert_eq!(again.parameters[2].uncertainty, Uncertainty::Relative(0.2));
     let found = &again.effects[0];
     assert_eq!((found.effect.class, found.channel), ("coulomb_friction", 1));
     assert_eq!((&*found.parameters, &*found.std), (&[0.25, 0.002][..], &[Some(0.01), None][..]));
@@ -401,6 +411,27 @@ fn what_is_found_of_a_closure_is_written_and_read_again() {
 }
 
 #[test]
+fn how_sure_a_model_was_stays_when_its_values_are_calibrated() {
+    let model = Model::builder("lift")
+        .parameter_with_std("load", 0.0, "kg", 0.5)
+        .parameter("k", 2.0, "N/m", 0.25)
+        .coordinate("z", "vz", "m")
+        .rates(|at| [-at.parameters[1] * at.coordinates[0] / (3.0 + at.parameters[0])])
+        .build()
+        .expect("right");
+    let parameters = vec![("load".into(), 0.8, 0.02), ("k".into(), 0.0, 0.1)];
+    let text = model.augmented_text(&Augmentation { parameters, effects: vec![] });
+    let text = text.expect("written");
+    let again = model.with_text(&text, "augmented.toml").expect("read");
+    assert_eq!(again.values(), [0.8, 0.0], "{text}");
+    // Relative to 0 nothing could be said.
+    let expected = [0.5, 0.5].map(Uncertainty::Absolute);
+    assert_eq!([0, 1].map(|k| again.parameters[k].uncertainty), expected, "{text}");
+    assert_eq!([0, 1].map(|k| again.parameters[k].std()), [0.5, 0.5]);
+    assert!(text.contains("calibrated_std = 0.02"), "{text}");
+}
+
+#[test]
 fn a_text_is_augmented_as_it_was_read() {
     let folder = std::env::temp_dir().join(format!("lacuna-reread-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -414,6 +445,6 @@ fn a_text_is_augmented_as_it_was_read() {
     assert_eq!(
         text,
         TEXT.replace("value = 12,", "value = 11.5,")
-            .replace("tolerance = 0.2 }", "tolerance = 0.2 , std = 0.05 }")
+            .replace("tolerance = 0.2 }", "tolerance = 0.2 , calibrated_std = 0.05 }")
     );
 }

@@ -134,6 +134,135 @@ fn mistakes_are_told_with_line_and_column() {
 }
 
 #[test]
+fn parameters_are_uncertain_relatively_or_in_their_unit() {
+    let with = |entry: &str| {
+        TWO_LINK
+            .replace("unit = \"kg m^2\", tolerance = 0.1", &format!("unit = \"kg m^2\", {entry}"))
+    };
+    assert!((read(TWO_LINK).parameters[0].std() - 0.3473).abs() < 1e-15);
+    assert_eq!(read(&with("std = 0.5")).parameters[0].std(), 0.5);
+    assert_eq!(read(&with("calibrated_std = 0.5")).parameters[0].std(), 0.0);
+
+    let e = error(&with("std = -0.5"));
+    assert!(e.starts_with("model.toml:4:") && e.contains("the std of 'p1'"), "{e}");
+    let e = error(&with("tolerance = 0.1, std = 0.5"));
+    assert!(e.starts_with("model.toml:4:63: ") && e.contains("say one of them"), "{e}");
+    let e = error(&with("tolerance = 0.1").replace("3.473", "0"));
+    assert!(e.starts_with("model.toml:4:48: ") && e.contains("'p1' is 0"), "{e}");
+    assert!(e.contains("std = ..."), "{e}");
+    assert_eq!(read(&with("std = 0.5").replace("3.473", "0")).parameters[0].std(), 0.5);
+}
+
+/// The arm with its mass matrix by name, the definitions in no order.
+fn defined(define: &str) -> String {
+    let mass = r#"[["m11", "m12"], ["m12", "p2"]]"#;
+    let begin = TWO_LINK.find("[[\"p1").expect("a mass matrix");
+    let end = begin + TWO_LINK[begin..].find('\n').expect("a line");
+    let text = format!("{}{mass}{}", &TWO_LINK[..begin], &TWO_LINK[end..]);
+    text.replace(
+        "[[input]]\nname = \"tau1\"",
+        &format!("[define]\n{define}\n[[input]]\nname = \"tau1\""),
+    )
+}
+
+const DEFINITIONS: &str =
+    "m11 = \"p1 + 2*bend\"\nbend = \"p3*c2\"\nm12 = \"p2 + bend\"\nc2 = \"cos(q2)\"";
+
+#[test]
+fn definitions_stand_for_their_expressions() {
+    let text = defined(DEFINITIONS)
+        + "[[measurement]]\ncolumn = \"a\"\nof = \"bend\"\nunit = \"kg m^2\"\n";
+    let (model, plain) = (read(&text), read(TWO_LINK));
+    let (state, u) = ([0.3, -0.8, 1.2, 0.4], [1.5, -0.2]);
+    let derivative = |model: &Model| {
+        let mut rates = [0.0; 4];
+        System::new(model).derivative(0.0, &state, &u, &mut rates);
+        rates
+    };
+    assert_eq!(derivative(&model), derivative(&plain));
+    assert_eq!(model.force_unit(0), plain.force_unit(0));
+    let mut out = [0.0];
+    let bound = model.dynamics().bind(&model.values());
+    bound.observe(&[state[0], state[1], state[2], state[3], u[0], u[1], 0.0], &mut out);
+    assert!((out[0] - 0.242 * state[1].cos()).abs() < 1e-15);
+    // A parameter that is found stands in a text that keeps its definitions.
+    let augmentation = lacuna_plants::model::Augmentation {
+        parameters: vec![("p3".into(), 0.3, 0.01)],
+        effects: vec![],
+    };
+    let again = model.augmented_text(&augmentation).expect("written");
+    assert!(again.contains("bend = \"p3*c2\"") && read(&again).values()[2] == 0.3, "{again}");
+}
+
+#[test]
+fn mistakes_in_definitions_are_told_with_line_and_column() {
+    let with = |define: &str| error(&defined(&format!("{DEFINITIONS}\n{define}")));
+    let e = error(&defined(&DEFINITIONS.replace("cos(q2)", "cos(q3)")));
+    assert!(e.starts_with("model.toml:11:11: "), "{e}");
+    assert!(e.contains("unknown name 'q3'") && e.contains("did you mean"), "{e}");
+    let e = error(&defined(&DEFINITIONS.replace("cos(q2)", "cos(q2) + m11")));
+    assert!(e.starts_with("model.toml:8:1: "), "{e}");
+    assert!(e.contains("'m11' is defined by itself (m11 needs bend needs c2 needs m11)"), "{e}");
+    let e = with("self_made = \"2*self_made\"");
+    assert!(e.starts_with("model.toml:12:1: ") && e.contains("(self_made needs self_made)"), "{e}");
+    let e = with("tau1 = \"2\"");
+    assert!(e.starts_with("model.toml:12:1: ") && e.contains("'tau1' is declared twice"), "{e}");
+    let e = with("cos = \"2\"");
+    assert!(e.starts_with("model.toml:12:1: ") && e.contains("is a function"), "{e}");
+    let e = with("half = 0.5");
+    assert!(e.starts_with("model.toml:12:8: ") && e.contains("string"), "{e}");
+    let e = with("open = \"2*(1\"");
+    assert!(e.starts_with("model.toml:12:13: ") && e.contains("expected ')'"), "{e}");
+    // What nothing uses must be right, too.
+    let e = with("unused = \"zzzzzz\"");
+    assert!(e.starts_with("model.toml:12:11: ") && e.contains("declare it"), "{e}");
+}
+
+#[test]
+fn inputs_say_what_stands_behind_them() {
+    let plain = &read(TWO_LINK).inputs[1];
+    assert_eq!((&*plain.name, plain.actuator, plain.noise), ("tau2", true, None));
+    let with =
+        |more: &str| TWO_LINK.replace("name = \"tau2\"", &format!("name = \"tau2\"\n{more}"));
+    let input = &read(&with("actuator = false\nnoise = 0.1")).inputs[1];
+    assert_eq!((input.actuator, input.noise), (false, Some(0.1)));
+    let e = error(&with("noise = -0.1"));
+    assert!(e.starts_with("model.toml:12:9: ") && e.contains("the noise of 'tau2'"), "{e}");
+    let e = error(&with("actuator = \"no\""));
+    assert!(e.starts_with("model.toml:12:12: ") && e.contains("bool"), "{e}");
+    let built = Model::builder("cart").input("u", "N").no_actuator().input_noise(0.2);
+    let built = built.coordinate("x", "v", "m").rates(|at| [at.inputs[0]]).build().expect("right");
+    assert_eq!((built.inputs[0].actuator, built.inputs[0].noise), (false, Some(0.2)));
+}
+
+#[test]
+fn an_input_is_one_column() {
+    let of =
+        |column: &str, of: &str| format!("[[measurement]]\ncolumn = \"{column}\"\nof = \"{of}\"\n");
+    let two_sensors = format!("{TWO_LINK}{}{}", of("encoder", "q1"), of("camera", "q1"));
+    assert_eq!(read(&two_sensors).measurements.len(), 2);
+    let e = error(&format!("{TWO_LINK}{}{}", of("i1", "tau1"), of("i2", "tau1")));
+    assert!(e.starts_with("model.toml:30:6: ") && e.contains("'i1' already is"), "{e}");
+}
+
+#[test]
+fn a_mass_may_be_an_input() {
+    let cart = |mass: &str| {
+        format!(
+            "name = \"cart\"\n[[input]]\nname = \"u\"\nunit = \"N\"\n[[input]]\nname = \"load\"\n\
+             unit = \"kg\"\nactuator = false\n[[coordinate]]\nname = \"x\"\nvelocity = \"v\"\n\
+             unit = \"m\"\n[mechanics]\nmass = [[\"{mass}\"]]\nforce = [\"u\"]\n"
+        )
+    };
+    let mut rates = [0.0; 2];
+    System::new(&read(&cart("load"))).derivative(0.0, &[0.0, 0.0], &[3.0, 1.5], &mut rates);
+    assert_eq!(rates, [0.0, 2.0]);
+    assert_eq!(read(&cart("load")).force_unit(0), "N");
+    let e = error(&cart("load*x"));
+    assert!(e.contains("singular"), "{e}");
+}
+
+#[test]
 fn mistakes_in_effects_are_told() {
     let with = |effect: &str| error(&format!("{TWO_LINK}\n[[effect]]\n{effect}\n"));
     let e = with("class = \"coulomb\"\nchannel = \"q1\"");

@@ -19,13 +19,14 @@
 //! [`Curve`]: lacuna_discrepancy::diagnosis::Curve
 
 mod autocorrelation;
-pub mod number;
 mod page;
 mod pictures;
 mod proof;
 mod summary;
 mod thin;
 mod words;
+
+pub use lacuna_discrepancy::number;
 
 pub use page::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page, page};
 pub use pictures::{FigureFile, files};

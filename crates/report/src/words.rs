@@ -1,6 +1,6 @@
 //! What a diagnosis says, in sentences: the summary and the page use the same.
 
-use crate::number::{change, diverged, percent, plain, ratio, with_std};
+use crate::number::{change, diverged, estimate, percent, plain, ratio};
 use lacuna_discrepancy::diagnosis::{
     Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, FormulaFit, ProofOutcome,
     Verdict,
@@ -150,7 +150,7 @@ pub fn moved(d: &Diagnosis) -> impl Iterator<Item = (&str, &Calibration)> {
 /// What the recordings say of a parameter: `p1 is 3.61 ± 0.02 kg m^2 instead of 3.473 (+3.9 %)`.
 #[must_use]
 pub fn calibration(name: &str, c: &Calibration) -> String {
-    let value = with_std(c.value, c.std, &c.unit);
+    let value = estimate(c.value, c.std, &c.unit, c.at_bound);
     format!("{name} is {value} instead of {}{}", c.nominal, shift(c))
 }
 
@@ -224,7 +224,7 @@ pub fn class_words(class: &str) -> String {
 /// A parameter: `magnitude 20.41 ± 0.12 N`.
 #[must_use]
 pub fn parameter(name: &str, e: &Estimate) -> String {
-    format!("{} {}", name.replace('_', " "), with_std(e.value, e.std, &e.unit))
+    format!("{} {}", name.replace('_', " "), estimate(e.value, e.std, &e.unit, e.at_bound))
 }
 
 fn named(d: &Diagnosis, sure: bool) -> Vec<String> {

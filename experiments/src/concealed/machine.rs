@@ -25,7 +25,7 @@ pub fn draw(spec: &PlantSpec, rng: &mut ChaCha8Rng) -> Result<(String, Model), S
     let mut document: DocumentMut =
         spec.model.parse().map_err(|e: toml_edit::TomlError| wrong(e.to_string()))?;
     let plain = Model::from_text(spec.model, "model.toml").map_err(|e| wrong(e.to_string()))?;
-    for p in plain.parameters.iter().filter(|p| p.tolerance > 0.0) {
+    for p in plain.parameters.iter().filter(|p| p.std() > 0.0) {
         let drawn = p.value * uniform(rng, -SPREAD.ln(), SPREAD.ln()).exp();
         document["parameters"][&p.name]["value"] = value(three_digits(drawn));
     }
@@ -42,7 +42,7 @@ fn three_digits(value: f64) -> f64 {
 pub fn miscalibrated(nominal: &Model, topic: Topic, rng: &mut ChaCha8Rng) -> Model {
     let mut model = nominal.clone();
     let uncertain: Vec<usize> =
-        (0..model.parameters.len()).filter(|&k| model.parameters[k].tolerance > 0.0).collect();
+        (0..model.parameters.len()).filter(|&k| model.parameters[k].std() > 0.0).collect();
     let wrong = match topic {
         Topic::Nothing(_) | Topic::Only(_) => 0,
         Topic::Parameter => rng.random_range(1..3),
@@ -50,7 +50,7 @@ pub fn miscalibrated(nominal: &Model, topic: Topic, rng: &mut ChaCha8Rng) -> Mod
     };
     for _ in 0..wrong {
         let p = &mut model.parameters[uncertain[rng.random_range(0..uncertain.len())]];
-        p.value *= 1.0 + sign(rng) * uniform(rng, 0.4, 1.5) * p.tolerance;
+        p.value *= 1.0 + sign(rng) * uniform(rng, 0.4, 1.5) * p.tolerance();
     }
     model
 }

@@ -7,7 +7,7 @@
 
 use lacuna_effects::Law;
 use lacuna_plants::Model;
-use lacuna_plants::model::ModelEffect;
+use lacuna_plants::model::{ModelEffect, Uncertainty};
 
 use super::places::{classes, places};
 use super::plants::PlantSpec;
@@ -68,7 +68,7 @@ fn refined(
     outputs: &[Output],
 ) -> Option<f64> {
     let uncertain: Vec<usize> =
-        (0..without.parameters.len()).filter(|&k| without.parameters[k].tolerance > 0.0).collect();
+        (0..without.parameters.len()).filter(|&k| without.parameters[k].std() > 0.0).collect();
     let mut offset = vec![0.0; uncertain.len()];
     let (mut amplitude, mut nats) = (0.0, f64::INFINITY);
     for _ in 0..STEPS {
@@ -78,7 +78,7 @@ fn refined(
             let std = p.std();
             // The deviation stays that of the file, whatever the value.
             p.value += offset * std;
-            p.tolerance = std / p.value.abs();
+            p.uncertainty = Uncertainty::Absolute(std);
         }
         match (candidate.at)(amplitude) {
             Rival::Effect(effect) if amplitude != 0.0 => believed.effects.push(effect),

@@ -45,7 +45,7 @@ pub fn variants(believed: &Model, shown: &[Shown], rivals: &[Rival]) -> Vec<Vari
         nudge,
     };
     let mut variants = vec![variant(&values, &believed.effects, None, 1.0)];
-    for (k, p) in believed.parameters.iter().enumerate().filter(|(_, p)| p.tolerance > 0.0) {
+    for (k, p) in believed.parameters.iter().enumerate().filter(|(_, p)| p.std() > 0.0) {
         let mut moved = values.clone();
         moved[k] += NUDGE * p.std();
         variants.push(variant(&moved, &believed.effects, None, NUDGE));

@@ -72,7 +72,7 @@ impl Windows {
                 parts.push(window.linearised(&variants)?);
             }
         }
-        let parameters = believed.parameters.iter().filter(|p| p.tolerance > 0.0).count();
+        let parameters = believed.parameters.iter().filter(|p| p.std() > 0.0).count();
         Ok(Self { parts, parameters, outputs: outputs.len(), weight: stride(length) as f64 })
     }
 

@@ -29,9 +29,17 @@ impl Ladder<'_> {
         let Driving { inputs, forces, outputs } = self.driving();
         let inputs = inputs.iter().map(|(name, n)| {
             let InputNoise { std, share, unit } = n;
+            let of_spread = match share.is_finite() {
+                true => format!(" ({:.1} % of its spread)", 100.0 * share),
+                false => String::new(),
+            };
+            let mut stated = self.problem.model.inputs.iter().filter(|i| i.noise.is_some());
+            let by = match stated.any(|i| i.name == *name) {
+                true => ", as the model says",
+                false => "",
+            };
             format!(
-                "The recorded {name} is not quite what the machine got: they differ by noise of {std:.2e} {unit} a sample ({:.1} % of its spread).",
-                100.0 * share
+                "The recorded {name} is not quite what the machine got: they differ by noise of {std:.2e} {unit} a sample{of_spread}{by}."
             )
         });
         let forces = forces.iter().map(|(name, n)| {

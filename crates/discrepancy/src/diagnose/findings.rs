@@ -37,23 +37,27 @@ impl Ladder<'_> {
         motion: &[SmoothedRecording],
     ) -> Finding {
         let new = self.new_effect(e);
+        let chosen = &self.found.chosen;
+        let at_bound = chosen.effect_at_bound(chosen.hypothesis.own + k);
         let parameters: BTreeMap<String, Estimate> = e
             .effect
             .values()
             .zip(&new.parameters)
-            .filter(|(p, _)| matches!(p.kind, Kind::Number))
-            .map(|(p, (value, std, unit))| {
+            .zip(&at_bound)
+            .filter(|((p, _), _)| matches!(p.kind, Kind::Number))
+            .map(|((p, (value, std, unit)), &at_bound)| {
                 // What the data do not determine is uncertain by all of its value; the ends of a
                 // learned curve are chosen, not determined.
                 let std = std.unwrap_or(if e.over().is_some() { 0.0 } else { value.abs() });
-                (p.name.to_owned(), Estimate { value: *value, std, unit: unit.clone() })
+                let (value, unit) = (*value, unit.clone());
+                (p.name.to_owned(), Estimate { value, std, unit, at_bound })
             })
             .collect();
         let support = self.support(named);
         let probability = ProbabilityMap::fitted().probability(&support, &self.formula());
         let alternatives = self.alternatives(probability, &named.rivals);
         let curve = self.curve(k, e);
-        let mut says = words::says(e, &new, self.problem.model);
+        let mut says = words::says(e, &new, &at_bound, self.problem.model);
         if let (Some(curve), Some(over)) = (&curve, e.over()) {
             let over_velocity = over == Variable::Velocity;
             says = format!("{says} Its shape: {}.", words::shape::shape(curve, over_velocity));
@@ -190,7 +194,10 @@ impl Ladder<'_> {
                 .clone()
                 .map(|s| s.1[state])
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
-            region.insert(self.problem.model.state_name(state).to_owned(), range);
+            // What acts at no sample acts in no range.
+            if range[0] <= range[1] {
+                region.insert(self.problem.model.state_name(state).to_owned(), range);
+            }
         }
         region
     }

@@ -16,6 +16,7 @@ use crate::decision::Decision;
 use crate::diagnosis::Diagnosis;
 use crate::likelihood::Problem;
 use crate::prediction::Prediction;
+use crate::scope::{Scope, known};
 use crate::search::Search;
 use crate::watch::Watch;
 use lacuna_plants::Model;
@@ -44,12 +45,42 @@ pub struct Proof {
 }
 
 /// What a diagnosis may do beside naming.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// The numbers that decide.
     pub decision: Decision,
     /// Keep what is left after the named effects as learned curves in the augmented model.
     pub learn_remainder: bool,
+    /// What may be named.
+    pub scope: Scope,
+    /// Recorded inputs, by name, that are exactly what the machine got, whatever the model says: no
+    /// noise on them is estimated.
+    pub exact: Vec<String>,
+}
+
+impl Options {
+    /// The model with what is asked of its inputs.
+    fn asked_of(&self, model: &Model) -> Result<Model, DiagnoseError> {
+        self.scope.check(model)?;
+        let names: Vec<&str> = model.inputs.iter().map(|i| &*i.name).collect();
+        self.exact.iter().try_for_each(|name| known("input", name, &names))?;
+        let mut model = model.clone();
+        let asked = model.inputs.iter_mut().filter(|i| self.exact.contains(&i.name));
+        asked.for_each(|input| input.noise = Some(0.0));
+        Ok(model)
+    }
+
+    /// What a reader of the diagnosis must know of what was asked for.
+    fn notes(&self) -> Vec<String> {
+        let mut notes = self.scope.notes();
+        if !self.exact.is_empty() {
+            notes.push(format!(
+                "As was asked, the recorded {} was taken for exactly what the machine got.",
+                self.exact.join(", ")
+            ));
+        }
+        notes
+    }
 }
 
 /// Diagnose a model on training recordings, with the proof on held-out ones.
@@ -58,8 +89,8 @@ pub struct Options {
 /// are opened once, when everything is decided, and can only refuse what was decided.
 ///
 /// # Errors
-/// [`DiagnoseError`] naming the recording or channel that cannot be used, and
-/// [`DiagnoseError::Cancelled`].
+/// [`DiagnoseError`] naming the recording or channel that cannot be used, [`DiagnoseError::Unknown`]
+/// names in the options, and [`DiagnoseError::Cancelled`].
 pub fn diagnose(
     model: &Model,
     training: &Dataset,
@@ -70,19 +101,21 @@ pub fn diagnose(
     if let Some(output) = training.constant_output() {
         return Err(DiagnoseError::Constant { channel: output.name.clone() });
     }
+    let model = &options.asked_of(model)?;
     watch.tell("smoothing the recordings");
-    let problem = Problem::new(model, training)?.cancelled_by(watch.cancelled());
-    let decision = options.decision;
-    let search = Search::new(&problem, decision, watch);
+    let problem = Problem::new(model, training)?.watched_by(watch);
+    let (decision, scope) = (options.decision, &options.scope);
+    let search = Search::new(&problem, decision, scope, watch);
     let found = match stretches::stretches(training) {
         None => search.run(options.learn_remainder)?,
         Some(part) => {
-            let part = Problem::new(model, &part)?.cancelled_by(watch.cancelled());
-            search.run_in(&Search::new(&part, decision, watch), options.learn_remainder)?
+            let part = Problem::new(model, &part)?.watched_by(watch);
+            search.run_in(&Search::new(&part, decision, scope, watch), options.learn_remainder)?
         }
     };
     watch.tell("proving on held-out recordings");
-    let outcome = Ladder::new(&problem, held_out, decision, found).outcome();
+    let mut outcome = Ladder::new(&problem, held_out, decision, found).outcome();
+    outcome.diagnosis.notes.extend(options.notes().into_iter().chain(watch.note()));
     if watch.is_cancelled() {
         return Err(DiagnoseError::Cancelled);
     }

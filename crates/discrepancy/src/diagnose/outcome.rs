@@ -33,6 +33,8 @@ pub(super) struct Ladder<'a> {
     pub effects: Vec<ModelEffect>,
     /// Standard deviations of the model's parameters.
     pub parameter_std: Vec<f64>,
+    /// Which of them lie at the edge of what was tried.
+    pub parameter_at_bound: Vec<bool>,
 }
 
 /// What is to be handed back.
@@ -56,7 +58,8 @@ impl<'a> Ladder<'a> {
         let temperature = chosen.temperature();
         let effects = chosen.effects(temperature).split_off(chosen.hypothesis.own);
         let parameter_std = chosen.parameter_std(temperature);
-        Self { problem, held_out, decision, found, effects, parameter_std }
+        let parameter_at_bound = chosen.parameters_at_bound();
+        Self { problem, held_out, decision, found, effects, parameter_std, parameter_at_bound }
     }
 
     /// Decide, then open the recordings that are held out, then tell both.
@@ -221,7 +224,8 @@ impl<'a> Ladder<'a> {
         let free = self.problem.model.parameters.iter().enumerate().filter(|(_, p)| p.std() > 0.0);
         free.map(|(k, p)| {
             let (nominal, value, std) = (p.value, values[k], self.parameter_std[k]);
-            (p.name.clone(), Calibration { nominal, value, std, unit: p.unit.clone() })
+            let at_bound = self.parameter_at_bound[k];
+            (p.name.clone(), Calibration { nominal, value, std, unit: p.unit.clone(), at_bound })
         })
         .collect()
     }

@@ -63,9 +63,11 @@ impl Proving<'_> {
             (before.0.into_iter().zip(after.0).collect(), after.1)
         };
         let ((held, integration), (train, _)) = (runs(self.held_out), runs(self.training));
+        let all = |data: &Dataset, runs| channel_fits(data, &data.recordings, runs, horizon);
         let fit = Fit {
-            held_out: channel_fits(self.held_out, &held, horizon),
-            training: channel_fits(self.training, &train, horizon),
+            held_out: all(self.held_out, &held),
+            training: all(self.training, &train),
+            by_recording: self.by_recording(&held, horizon),
         };
         let outcome = self.judge(&held, horizon);
         let recordings = self.held_out.recordings.iter().zip(held);
@@ -73,6 +75,23 @@ impl Proving<'_> {
             .map(|(o, (b, a))| Proof { observed: o.clone(), before: b.free, after: a.free })
             .collect();
         Proved { outcome, fit, proofs, integration }
+    }
+
+    /// The errors on each held-out recording, where there are several.
+    fn by_recording(
+        &self,
+        runs: &[(Runs, Runs)],
+        horizon: f64,
+    ) -> BTreeMap<String, BTreeMap<String, ChannelFit>> {
+        let recordings = &self.held_out.recordings;
+        if recordings.len() < 2 {
+            return BTreeMap::new();
+        }
+        let one = |(o, run): (&Observed, &(Runs, Runs))| {
+            let (o, run) = (std::slice::from_ref(o), std::slice::from_ref(run));
+            (o[0].name.clone(), channel_fits(self.held_out, o, run, horizon))
+        };
+        recordings.iter().zip(runs).map(one).collect()
     }
 
     /// A model on some recordings, and how it was integrated there.
@@ -131,14 +150,15 @@ fn warmup(observed: &Observed) -> usize {
     DEFAULT_WARMUP.min(observed.len() / 4)
 }
 
+/// Errors on some recordings of a data set, by channel.
 fn channel_fits(
     data: &Dataset,
+    recordings: &[Observed],
     runs: &[(Runs, Runs)],
     horizon: f64,
 ) -> BTreeMap<String, ChannelFit> {
     let pooled = |k: usize, of: fn(&(Runs, Runs)) -> &Prediction| {
-        let (sum, n) = data
-            .recordings
+        let (sum, n) = recordings
             .iter()
             .zip(runs)
             .map(|(o, r)| of(r).squares(o, k))
@@ -149,7 +169,7 @@ fn channel_fits(
         .iter()
         .enumerate()
         // A channel without a sample there proves nothing and is left out.
-        .filter(|(k, _)| data.recordings.iter().any(|o| o.outputs[*k].iter().any(|v| !v.is_nan())))
+        .filter(|(k, _)| recordings.iter().any(|o| o.outputs[*k].iter().any(|v| !v.is_nan())))
         .map(|(k, output)| {
             let fit = ChannelFit {
                 unit: output.unit.clone(),

@@ -51,9 +51,9 @@ impl Ladder<'_> {
     fn sines(&self) -> Vec<Sine> {
         let data = self.problem.dataset;
         let (slow, fast) = (2.0 / super::duration(data), 0.1 / self.problem.sample);
-        let m = self.problem.model.inputs.len();
         let mut out = Vec::new();
-        for input in 0..m {
+        let actuators = self.problem.model.inputs.iter().enumerate().filter(|(_, i)| i.actuator);
+        for (input, _) in actuators {
             for share in AMPLITUDES {
                 for k in 0..FREQUENCIES {
                     let at = k as f64 / (FREQUENCIES - 1) as f64;
@@ -86,7 +86,11 @@ impl Ladder<'_> {
         let model = problem.model;
         let (m, step) = (model.inputs.len(), problem.sample);
         let times: Vec<f64> = (0..SAMPLES).map(|k| step * k as f64).collect();
-        let mut commands = vec![0.0; SAMPLES * m];
+        // What nobody commands stays as the recordings began: a recorded mass is never 0.
+        let begun = &problem.dataset.recordings[0].commands;
+        let still: Vec<f64> =
+            (0..m).map(|j| if model.inputs[j].actuator { 0.0 } else { begun[j] }).collect();
+        let mut commands = still.repeat(SAMPLES);
         for (k, t) in times.iter().enumerate() {
             commands[k * m + sine.input] =
                 sine.amplitude * (std::f64::consts::TAU * sine.frequency * t).sin();

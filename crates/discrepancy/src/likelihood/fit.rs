@@ -402,21 +402,50 @@ impl<'p> Fit<'p> {
         out
     }
 
+    /// Which of the model's parameters lie on a bound of what was tried.
+    #[must_use]
+    pub fn parameters_at_bound(&self) -> Vec<bool> {
+        let mut out = vec![false; self.hypothesis.parameters.len()];
+        for f in &self.hypothesis.free {
+            if let What::Parameter(k) = f.what {
+                out[k] = f.is_at_bound(f.fitted(self.hypothesis.parameters[k]));
+            }
+        }
+        out
+    }
+
+    /// Which physical parameters of an effect are told by one that lies on a bound of what was tried.
+    #[must_use]
+    pub fn effect_at_bound(&self, effect: usize) -> Vec<bool> {
+        let e = &self.hypothesis.effects[effect];
+        let at_bound = |f: &super::Free, fitted: f64| f.is_at_bound(fitted).then_some(f.sd);
+        let moved = self.internal(effect, |_, f, fitted| at_bound(f, fitted).unwrap_or(0.0));
+        physical_std(e, &moved).iter().map(Option::is_some).collect()
+    }
+
+    /// A standard deviation of each internal parameter of an effect, from one of its fitted value: of
+    /// the entry of theta, what is free, the value.
+    fn internal(&self, effect: usize, std: impl Fn(usize, &super::Free, f64) -> f64) -> Vec<f64> {
+        let here = self.hypothesis.effects[effect].internal();
+        let mut internal = vec![0.0; here.len()];
+        for (entry, f) in self.hypothesis.free.iter().enumerate() {
+            if let What::Effect(of, j) = f.what
+                && of == effect
+            {
+                let fitted = f.fitted(here[j]);
+                internal[j] = std(entry, f, fitted) * f.slope(fitted);
+            }
+        }
+        internal
+    }
+
     /// The effects with standard deviations of their physical parameters.
     #[must_use]
     pub fn effects(&self, temperature: f64) -> Vec<ModelEffect> {
         let std = self.std(temperature);
         let mut effects = self.hypothesis.effects.clone();
         for (index, e) in effects.iter_mut().enumerate().skip(self.hypothesis.own) {
-            let mut internal = vec![0.0; e.internal().len()];
-            for (f, s) in self.hypothesis.free.iter().zip(&std) {
-                if let What::Effect(of, j) = f.what
-                    && of == index
-                {
-                    internal[j] = s * f.slope(f.fitted(e.internal()[j]));
-                }
-            }
-            e.std = physical_std(e, &internal);
+            e.std = physical_std(e, &self.internal(index, |entry, _, _| std[entry]));
         }
         effects
     }

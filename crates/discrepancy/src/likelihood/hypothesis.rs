@@ -50,6 +50,14 @@ impl Free {
         value.clamp(self.bounds.0, self.bounds.1)
     }
 
+    /// Whether a fitted value lies on one of the bounds: the data would have it beyond.
+    #[must_use]
+    pub fn is_at_bound(&self, fitted: f64) -> bool {
+        // Values are cut off at the bounds; what they are computed from is rounded.
+        let near = f64::EPSILON.sqrt() * self.sd;
+        fitted - self.bounds.0 <= near || self.bounds.1 - fitted <= near
+    }
+
     /// The plain value of a fitted one.
     #[must_use]
     pub fn plain(&self, fitted: f64) -> f64 {

@@ -31,7 +31,7 @@ const SHOWN: f64 = 1.2;
 const REFINEMENTS: usize = 7;
 
 /// The most likely intensities along a fit, and by how many nats they are ahead of none. A source
-/// of noise must gain `worth` nats beside the others.
+/// of noise must gain `worth` nats beside the others; what the model states of an input stands.
 ///
 /// # Errors
 /// [`FitError::Diverged`].
@@ -46,11 +46,14 @@ pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitErro
     let drive = none.inputs.len() + none.forces.len();
     let all_sources = drive + none.outputs.len();
     let begin = along.log_likelihood(&none);
-    let (mut best, mut here) = (begin, none);
-    let mut used: Vec<usize> = vec![];
+    let mut here = ProcessNoise::stated(problem);
+    let mut best = if here.is_none() { begin } else { along.log_likelihood(&here) };
+    let is_stated = |s: &usize| problem.model.inputs.get(*s).is_some_and(|i| i.noise.is_some());
+    let mut used: Vec<usize> = (0..drive).filter(is_stated).collect();
+    let stated = used.len();
     loop {
         // What nothing drives has the noise that it shows.
-        let sources = if used.is_empty() { drive } else { all_sources };
+        let sources = if here.is_none() { drive } else { all_sources };
         let tried =
             (0..sources).filter(|s| !used.contains(s)).map(|s| (along.best_of(&here, s), s));
         // Inputs come first: a force that does no better than noise on one of them is that.
@@ -62,7 +65,7 @@ pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitErro
         (best, here) = (gained, noise);
         used.push(source);
         // Those before it have shared its work.
-        for &source in used.iter().rev().skip(1) {
+        for &source in used[stated..].iter().rev().skip(1) {
             let (gained, noise) = along.best_of(&here, source);
             if gained > best {
                 (best, here) = (gained, noise);

@@ -1,11 +1,11 @@
 //! What all hypotheses share: the model, the recordings, the magnitudes of every channel.
 
 use super::Hypothesis;
-use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed};
 use crate::prediction::Predictor;
 use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
+use crate::{DiagnoseError, Watch};
 use lacuna_effects::{Acts, Effect, Law, Scales};
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::Model;
@@ -13,7 +13,6 @@ use lacuna_plants::model::{
     Direction, ModelEffect, Observation, SeriesEffect, StepInput, System, effective_inputs,
 };
 use lacuna_recordings::{Sampling, estimate_noise_pooled};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One value in so many is left out at either end of a channel's range.
 const ENDS: usize = 2000;
@@ -43,10 +42,10 @@ pub struct Problem<'a> {
     /// Magnitudes of the differences of each force channel and those before it
     /// ([`Scales::apart`]).
     apart: Vec<Vec<(f64, f64)>>,
-    /// Noise that each input shows.
+    /// Noise that each input shows, or that the model states.
     input_noise: Vec<f64>,
-    /// Set from outside when nobody waits for fits any more.
-    cancelled: Option<&'a AtomicBool>,
+    /// Who waits for fits.
+    watch: Option<&'a Watch<'a>>,
 }
 
 impl<'a> Problem<'a> {
@@ -79,8 +78,8 @@ impl<'a> Problem<'a> {
             channels: vec![],
             inputs: vec![],
             apart: vec![],
-            input_noise: (0..model.inputs.len()).map(|j| shown_noise(dataset, j)).collect(),
-            cancelled: None,
+            input_noise: input_noise(model, dataset),
+            watch: None,
         };
         for motion in &mut this.smoothed {
             super::hidden::guess(model, &this.hidden, motion);
@@ -93,16 +92,16 @@ impl<'a> Problem<'a> {
         Ok(this)
     }
 
-    /// The same, its fits to be given up as soon as `cancelled` is set.
+    /// The same, its fits to be given up as soon as nobody waits for them any more.
     #[must_use]
-    pub fn cancelled_by(self, cancelled: &'a AtomicBool) -> Self {
-        Self { cancelled: Some(cancelled), ..self }
+    pub fn watched_by(self, watch: &'a Watch<'a>) -> Self {
+        Self { watch: Some(watch), ..self }
     }
 
     /// Whether fits are to be given up.
     #[must_use]
     pub fn is_cancelled(&self) -> bool {
-        self.cancelled.is_some_and(|c| c.load(Ordering::Relaxed))
+        self.watch.is_some_and(|watch| watch.is_cancelled() || watch.is_late())
     }
 
     /// Magnitudes that an effect on a channel (or input, or sensor) is judged by.
@@ -162,8 +161,8 @@ impl<'a> Problem<'a> {
         self.inputs[input].input.0
     }
 
-    /// The noise that a recorded input shows itself: it cannot differ from what the machine got by
-    /// more.
+    /// The noise of a recorded input as the model states it; where it does not, that which the input
+    /// shows itself: it cannot differ from what the machine got by more.
     #[must_use]
     pub fn input_noise(&self, input: usize) -> f64 {
         self.input_noise[input]
@@ -336,6 +335,12 @@ impl<'a> Problem<'a> {
             ..Scales::default()
         }
     }
+}
+
+/// Noise of each input: stated, or shown.
+fn input_noise(model: &Model, dataset: &Dataset) -> Vec<f64> {
+    let inputs = model.inputs.iter().enumerate();
+    inputs.map(|(j, input)| input.noise.unwrap_or_else(|| shown_noise(dataset, j))).collect()
 }
 
 /// Noise that the commands to an actuator show; none where it cannot be told.

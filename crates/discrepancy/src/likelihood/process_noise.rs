@@ -35,6 +35,13 @@ impl ProcessNoise {
         }
     }
 
+    /// What the model states of its inputs alone.
+    #[must_use]
+    pub fn stated(problem: &Problem) -> Self {
+        let stated = problem.model.inputs.iter().map(|input| input.noise.unwrap_or(0.0));
+        Self { inputs: stated.collect(), ..Self::none(problem) }
+    }
+
     /// Whether nothing drives the machine.
     #[must_use]
     pub fn is_none(&self) -> bool {

@@ -1,6 +1,6 @@
 //! Fits in windows that grow.
 
-use super::Search;
+use super::{Search, untried};
 use crate::likelihood::{Effort, FULL, Fit, FitError, Hypothesis, QUICK, STILL};
 
 /// Until nothing is gained.
@@ -96,6 +96,9 @@ impl Search<'_> {
     /// recordings are; the parameters are kept that run best through whole training recordings.
     pub(super) fn best_length<'p>(&self, fit: Fit<'p>) -> Fit<'p> {
         if fit.reduced() < self.decision.explained || !fit.problem.hidden().is_empty() {
+            return fit;
+        }
+        if self.watch.skips(untried::LENGTHS) {
             return fit;
         }
         let whole = |f: &Fit| f.anchored(0).map_or(f64::INFINITY, |run| run.chi2);

@@ -7,7 +7,7 @@
 //! every effect, and what an effect gains is what it spares them.
 
 use super::forward::{Tried, rank};
-use super::{Path, Search, Searched};
+use super::{Path, Search, Searched, untried};
 use crate::likelihood::{FULL, Fit, FitError, QUICK, intensity};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -50,6 +50,9 @@ impl<'p> Search<'p> {
         }
         self.watch.tell("which predicts better");
         let [a, b] = [&free, &driven].map(|s| self.error(&s.path.fit).unwrap_or(f64::INFINITY));
+        if self.watch.skips(untried::DRIVEN) {
+            return free;
+        }
         // Errors are as uncertain as the variance of the noise is.
         if a * self.decision.noise < b
             || (a <= b * self.decision.noise && self.says_more(&free, &driven))
@@ -103,7 +106,7 @@ impl<'p> Search<'p> {
     /// be worth its prior odds.
     pub(super) fn is_driven(&self, exact: &Fit<'p>) -> bool {
         let driven = self.calibrated_driven(exact).ok().flatten();
-        driven.is_some_and(|fit| self.look(&fit).promise() < self.decision.prior_odds)
+        driven.is_some_and(|fit| self.look(&fit).promise < self.decision.prior_odds)
     }
 
     /// A fit with the intensities that are most likely along it.

@@ -7,7 +7,7 @@
 //! `|D|^2`; if it only fits what is peculiar to the recordings it was fitted to, they rise by about
 //! as much. Where D is small, the folds do not touch what it describes and say nothing.
 
-use super::{Path, Rival, Search, candidate_of, chain};
+use super::{Path, Rival, Search, candidate_of, chain, untried};
 use crate::likelihood::{Effort, FULL, Fit, FitError, STILL};
 
 /// Most folds.
@@ -33,8 +33,13 @@ impl Search<'_> {
         let mut total = Said::default();
         for fold in folds(&with) {
             let Ok(plain) = without.predicted(&fold, FEW) else { continue };
-            // Whoever diverges where the plainer model does not has been refuted.
-            let Ok(rich) = with.predicted(&fold, FEW) else { return true };
+            let rich = match with.predicted(&fold, FEW) {
+                Ok(rich) => rich,
+                // Those that were asked say what they say.
+                Err(FitError::Cancelled) => break,
+                // Whoever diverges where the plainer model does not has been refuted.
+                Err(_) => return true,
+            };
             for (a, b) in plain.iter().zip(&rich) {
                 let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
                 total.drop += squares(a) - squares(b);
@@ -72,6 +77,9 @@ impl Search<'_> {
     /// Take away the effects that folds speak against, and what an effect says beyond a simpler law
     /// if they speak against that; all of them, if they speak against them together.
     pub(super) fn select<'p>(&self, calibrated: &Fit<'p>, path: Path<'p>) -> Path<'p> {
+        if path.named.is_empty() || self.watch.skips(untried::FOLDS) {
+            return path;
+        }
         let mut path = self.simplified(path);
         for k in (0..path.named.len()).rev() {
             let h = path.fit.hypothesis.clone().without(k);

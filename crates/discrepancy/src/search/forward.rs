@@ -1,6 +1,6 @@
 //! Forward selection.
 
-use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
+use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of, untried};
 use crate::candidates::{Candidate, Term};
 use crate::decision::Decision;
 use crate::likelihood::evidence::common_temperature;
@@ -15,13 +15,8 @@ use rayon::prelude::*;
 pub(super) struct Look {
     pub shortlist: Vec<Scored>,
     pub curves: Vec<Scored>,
-}
-
-impl Look {
-    /// Nats that the best candidate or free curve promises.
-    pub(super) fn promise(&self) -> f64 {
-        self.shortlist.iter().chain(&self.curves).map(|s| s.gain).fold(0.0, f64::max)
-    }
+    /// Nats that the best candidate or free curve promises, whether it may be named or not.
+    pub promise: f64,
 }
 
 /// A candidate fitted in the place of the next effect.
@@ -40,9 +35,16 @@ impl<'p> Search<'p> {
         most: usize,
     ) -> Path<'p> {
         while path.named.len() < most {
+            let untried = if path.named.is_empty() { untried::EFFECTS } else { untried::FURTHER };
+            if self.watch.skips(untried) {
+                break;
+            }
             self.watch.tell(&format!("looking for effect {}", path.named.len() + 1));
             let seen = look.take().unwrap_or_else(|| self.look(&path.fit));
-            let Some((next, named)) = self.next(&path, &seen) else { break };
+            let Some((next, named)) = self.next(&path, &seen) else {
+                self.watch.skips(untried);
+                break;
+            };
             self.tell("found", &next);
             path.fit = next;
             path.named.push(named);
@@ -64,6 +66,10 @@ impl<'p> Search<'p> {
         let mut tried = self.fit_all(base, &shortlist);
         self.add_variants(&mut tried);
         rank(&mut tried);
+        // Where some were not fitted, the best of the others is no name.
+        if self.watch.is_late() {
+            return None;
+        }
         let best = tried.first()?;
         let share = if further { decision.further_share } else { decision.share };
         if !settles(decision, base, &best.fit, share) {
@@ -85,6 +91,9 @@ impl<'p> Search<'p> {
         if gone {
             tried = self.undriven(tried, gained);
             tried.first()?;
+            if self.watch.is_late() {
+                return None;
+            }
         }
         let rivals = self.lengthened(tried, gained);
         let temperature = rivals[0].fit.temperature();
@@ -120,7 +129,14 @@ impl<'p> Search<'p> {
             rank += 1;
             rank <= decision.shortlist && s.gain > promising && (rank <= 3 || s.gain > hopeless)
         });
-        Look { shortlist, curves: screen.curves() }
+        let mut curves = screen.curves();
+        // What may not be named is missing all the same.
+        let mut excluded = screen.score(&self.excluded);
+        excluded.retain(|s| s.gain > promising);
+        let all = shortlist.iter().chain(&excluded).chain(&curves);
+        let promise = all.map(|s| s.gain).fold(0.0, f64::max);
+        curves.retain(|s| self.scope.admits(self.problem.model, &s.term.candidate));
+        Look { shortlist, curves, promise }
     }
 
     /// Fit each of a shortlist on top of a fit: all of them in short windows, and those that can
@@ -226,7 +242,7 @@ impl<'p> Search<'p> {
         let first = longest(&close[0].fit, 0, 1.0);
         let level = first.windowed.level;
         let mut long: Vec<Tried> = close
-            .into_par_iter()
+            .par_iter()
             .enumerate()
             .filter_map(|(k, t)| {
                 let fit = match k {
@@ -237,6 +253,10 @@ impl<'p> Search<'p> {
                     .then(|| Tried { fit: chain::polish(fit), candidate: t.candidate })
             })
             .collect();
+        // Rivals that were not brought to the same windows are rivals all the same.
+        if self.watch.is_late() {
+            return close;
+        }
         rank(&mut long);
         long
     }

@@ -29,7 +29,7 @@ use crate::candidates::{Candidate, candidates};
 use crate::decision::Decision;
 use crate::likelihood::windows::first_level;
 use crate::likelihood::{End, FULL, Fit, FitError, Hypothesis, Problem, QUICK, STILL};
-use crate::{DiagnoseError, Watch};
+use crate::{DiagnoseError, Scope, Watch};
 use forward::Look;
 use lacuna_effects::Law;
 use lacuna_plants::model::ModelEffect;
@@ -37,6 +37,18 @@ use lacuna_plants::model::ModelEffect;
 /// Most effects that are searched for: evidence stops the search long before; this guards against
 /// a search without an end.
 const MOST_EFFECTS: usize = 60;
+
+/// What a search whose time is over has not tried, or not to the end, in words.
+mod untried {
+    pub const LENGTHS: &str = "windows of other lengths";
+    pub const EFFECTS: &str = "the effects of the catalogue";
+    pub const FURTHER: &str = "further effects";
+    pub const CURVES: &str = "free curves in the place of laws";
+    pub const MISSED: &str = "whether each effect is missed when it is taken away";
+    pub const FOLDS: &str = "what recordings say that are left out in turn";
+    pub const DRIVEN: &str = "noise on the inputs and random forces";
+    pub const REMAINDER: &str = "what is left, as learned curves";
+}
 
 /// What the search found.
 pub struct Found<'p> {
@@ -84,7 +96,11 @@ pub struct Rival {
 pub struct Search<'p> {
     problem: &'p Problem<'p>,
     decision: Decision,
+    /// What may be named.
     candidates: Vec<Candidate>,
+    /// What may not, whatever it promises.
+    excluded: Vec<Candidate>,
+    scope: &'p Scope,
     /// Level of the first windows.
     level: u32,
     watch: &'p Watch<'p>,
@@ -107,14 +123,21 @@ struct Searched<'p> {
 }
 
 impl<'p> Search<'p> {
-    /// A search among all candidates.
+    /// A search among all candidates within a scope.
     #[must_use]
-    pub fn new(problem: &'p Problem<'p>, decision: Decision, watch: &'p Watch<'p>) -> Self {
+    pub fn new(
+        problem: &'p Problem<'p>,
+        decision: Decision,
+        scope: &'p Scope,
+        watch: &'p Watch<'p>,
+    ) -> Self {
         let model = problem.model;
         let measured = |state: &usize| problem.dataset.output_of_state(*state).is_some();
         let states = (0..model.channels()).map(|c| model.coordinate_index(c));
-        let candidates = candidates(model, &states.filter(measured).collect::<Vec<_>>());
-        Self { problem, decision, candidates, level: first_level(problem.dataset), watch }
+        let all = candidates(model, &states.filter(measured).collect::<Vec<_>>());
+        let (candidates, excluded) = all.into_iter().partition(|c| scope.admits(model, c));
+        let level = first_level(problem.dataset);
+        Self { problem, decision, candidates, excluded, scope, level, watch }
     }
 
     /// Search, and fit what is found.
@@ -137,8 +160,8 @@ impl<'p> Search<'p> {
         let fit = if path.named.is_empty() {
             calibrated.clone()
         } else {
-            let begun = Fit::begin(self.problem, path.fit.hypothesis, self.level);
-            self.lengthen(begun.map_err(|e| self.failed(e))?)
+            let begin = || Fit::begin(self.problem, path.fit.hypothesis, self.level);
+            self.lengthen(self.watch.necessarily(begin).map_err(|e| self.failed(e))?)
         };
         let path = Path { fit, named: path.named };
         self.conclude(Searched { calibrated, path, floor, undriven, promise }, learn_remainder)
@@ -158,7 +181,15 @@ impl<'p> Search<'p> {
         if follows || (explained && !self.shows_noisy_inputs()) {
             return Ok(free);
         }
-        Ok(match self.search_driven(&calibrated, free.floor) {
+        let driven = match self.watch.is_late() {
+            true => None,
+            false => self.search_driven(&calibrated, free.floor),
+        };
+        // What was cut short is not compared with what was not.
+        if self.watch.skips(untried::DRIVEN) {
+            return Ok(free);
+        }
+        Ok(match driven {
             Some(driven) => self.likelier(free, driven),
             None => free,
         })
@@ -174,8 +205,11 @@ impl<'p> Search<'p> {
 
     /// The effects beside a calibrated model that folds do not speak against.
     fn search_from(&self, calibrated: Fit<'p>, floor: f64) -> Searched<'p> {
+        if self.watch.skips(untried::EFFECTS) {
+            return self.unsearched(calibrated, floor);
+        }
         let look = self.look(&calibrated);
-        let promise = look.promise() * calibrated.inflation() / calibrated.temperature();
+        let promise = look.promise * calibrated.inflation() / calibrated.temperature();
         let (calibrated, look, first) = self.first(calibrated, look);
         let (mut path, is_curve) = self.curve_at_once(&calibrated, &look, first);
         if !is_curve && !path.named.is_empty() {
@@ -188,6 +222,13 @@ impl<'p> Search<'p> {
         Searched { calibrated, path, floor, undriven, promise }
     }
 
+    /// A search that ended before it began: all that is not noise may be missing.
+    fn unsearched(&self, calibrated: Fit<'p>, floor: f64) -> Searched<'p> {
+        let undriven = calibrated.reduced();
+        let path = Path { fit: calibrated.clone(), named: vec![] };
+        Searched { calibrated, path, floor, undriven, promise: f64::INFINITY }
+    }
+
     /// The fits that a diagnosis compares, each at its best.
     fn conclude(
         &self,
@@ -196,13 +237,15 @@ impl<'p> Search<'p> {
     ) -> Result<Found<'p>, DiagnoseError> {
         let Searched { calibrated, path, floor, undriven, promise } = searched;
         let chosen = self.best_length(chain::polish(path.fit));
-        let again = self.like(&chosen, &calibrated).ok_or_else(|| self.diverges())?;
+        let again = self.watch.necessarily(|| self.like(&chosen, &calibrated));
+        let again = again.ok_or_else(|| self.diverges())?;
         let held = Hypothesis::of(self.problem.model).held();
-        let nominal = again.refit(held, FULL).map_err(|e| self.failed(e))?;
+        let nominal = self.watch.necessarily(|| again.refit(held, FULL));
+        let nominal = nominal.map_err(|e| self.failed(e))?;
         let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
         let calibration_refuted = self.refuted(&nominal, &calibrated);
         let chosen = if learn_remainder { self.with_remainder(&chosen) } else { chosen };
-        if self.problem.is_cancelled() {
+        if self.watch.is_cancelled() {
             return Err(DiagnoseError::Cancelled);
         }
         let named = path.named;
@@ -249,7 +292,7 @@ impl<'p> Search<'p> {
 
     /// Why there is no fit: nobody waits for it, or the model diverges.
     fn diverges(&self) -> DiagnoseError {
-        if self.problem.is_cancelled() {
+        if self.watch.is_cancelled() {
             return DiagnoseError::Cancelled;
         }
         DiagnoseError::Diverges { model: self.problem.model.name.clone() }
@@ -266,9 +309,11 @@ impl<'p> Search<'p> {
     /// residual over the shortest.
     fn calibrated(&self) -> Result<(Fit<'p>, f64), DiagnoseError> {
         let h = Hypothesis::of(self.problem.model);
-        let begun = Fit::begin(self.problem, h, self.level).map_err(|e| self.failed(e))?;
+        let begun = self.watch.necessarily(|| Fit::begin(self.problem, h, self.level));
+        let begun = begun.map_err(|e| self.failed(e))?;
         let floor = begun.inflation();
-        let fit = chain::polish(self.lengthen(begun));
+        // Whether anything is missing shows in windows that are long enough for it to add up.
+        let fit = chain::polish(self.watch.necessarily(|| self.lengthen(begun)));
         self.tell("calibrated", &fit);
         Ok((fit, floor))
     }

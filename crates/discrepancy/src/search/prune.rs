@@ -3,7 +3,7 @@
 
 use super::driven::Quieted;
 use super::forward::{Look, rank, settles};
-use super::{MOST_EFFECTS, Named, Path, Rival, Search, candidate_of, chain};
+use super::{MOST_EFFECTS, Named, Path, Rival, Search, candidate_of, chain, untried};
 use crate::decision::Decision;
 use crate::likelihood::{FULL, Fit, QUICK};
 use crate::screen::Screen;
@@ -14,6 +14,7 @@ impl<'p> Search<'p> {
         const ROUNDS: usize = 4;
         for _ in 0..ROUNDS {
             if path.named.len() < 2
+                || self.watch.skips(untried::MISSED)
                 || !(self.prune_once(&mut path) || self.drop_remainder(calibrated, &mut path))
             {
                 break;
@@ -111,8 +112,12 @@ impl<'p> Search<'p> {
 
     /// A free curve over one variable, where it beats the catalogue's best.
     pub(super) fn unknown(&self, base: &Fit<'p>, look: &Look, parametric: Path<'p>) -> Path<'p> {
+        if self.watch.skips(untried::CURVES) {
+            return parametric;
+        }
         // Where a curve finds nothing beside the named effects, they say all that it could.
-        let left = Screen::new(&parametric.fit).map_or(vec![], |s| s.curves());
+        let mut left = Screen::new(&parametric.fit).map_or(vec![], |s| s.curves());
+        left.retain(|s| self.scope.admits(self.problem.model, &s.term.candidate));
         if left.first().is_none_or(|s| s.gain < self.decision.prior_odds) {
             return parametric;
         }
@@ -176,6 +181,10 @@ impl<'p> Search<'p> {
         let rival = |e| Rival { candidate: candidate_of(e), behind: lead, hypothesis: h.clone() };
         let named = Named { gain: gained, rivals: h.supposed().iter().map(rival).collect() };
         let path = self.spelled(Path { fit: longest, named: vec![named] });
+        // Whether names would do was not asked to the end.
+        if self.watch.skips(untried::CURVES) {
+            return None;
+        }
         Some(self.forward(path, None, MOST_EFFECTS))
     }
 

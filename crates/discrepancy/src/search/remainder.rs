@@ -1,6 +1,6 @@
 //! The remainder: what is left after the named effects, learned as free curves.
 
-use super::{Search, chain, effect_of};
+use super::{Search, chain, effect_of, untried};
 use crate::likelihood::Fit;
 use crate::screen::Screen;
 
@@ -11,6 +11,9 @@ impl<'p> Search<'p> {
     pub fn with_remainder(&self, fit: &Fit<'p>) -> Fit<'p> {
         let mut fit = fit.clone();
         for _ in 0..self.problem.model.channels() {
+            if self.watch.skips(untried::REMAINDER) {
+                break;
+            }
             self.watch.tell("learning the remainder");
             let Ok(screen) = Screen::new(&fit) else { break };
             let taken = |channel: usize| {

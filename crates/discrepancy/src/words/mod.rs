@@ -2,20 +2,22 @@
 
 pub(crate) mod shape;
 
+use crate::number;
 use lacuna_effects::Kind;
 use lacuna_plants::Model;
 use lacuna_plants::model::{ModelEffect, NewEffect};
 
-/// One sentence: what, where, how much.
-pub(crate) fn says(e: &ModelEffect, new: &NewEffect, model: &Model) -> String {
+/// One sentence: what, where, how much. Which of its values lie at the edge of what was tried is said.
+pub(crate) fn says(e: &ModelEffect, new: &NewEffect, at_bound: &[bool], model: &Model) -> String {
     let numbers: Vec<String> = e
         .effect
         .values()
         .zip(&new.parameters)
-        .filter(|(p, _)| p.kind == Kind::Number && p.physical)
-        .map(|(p, (value, std, unit))| {
-            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-            format!("{} {}{unit}", p.name.replace('_', " "), with_std(*value, std.unwrap_or(0.0)))
+        .zip(at_bound)
+        .filter(|((p, _), _)| p.kind == Kind::Number && p.physical)
+        .map(|((p, (value, std, unit)), &at_bound)| {
+            let estimate = number::estimate(*value, std.unwrap_or(0.0), unit, at_bound);
+            format!("{} {}", p.name.replace('_', " "), estimate.replace('±', "+-"))
         })
         .collect();
     let mut what = e.effect.words.to_owned();
@@ -25,26 +27,4 @@ pub(crate) fn says(e: &ModelEffect, new: &NewEffect, model: &Model) -> String {
     let other = new.other.as_ref().map_or_else(String::new, |o| format!(" and {o}"));
     let model = &model.name;
     format!("{what} on {}{other} is missing from {model}: {}.", new.channel, numbers.join(", "))
-}
-
-/// Value and standard deviation, both to the deviation's second digit.
-fn with_std(value: f64, std: f64) -> String {
-    if !(std > 0.0 && std.is_finite()) {
-        return format!("{value:.4}");
-    }
-    let digits = (1 - std.log10().floor() as i32).clamp(0, 12) as usize;
-    format!("{value:.digits$} +- {std:.digits$}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::with_std;
-
-    #[test]
-    fn numbers_show_the_digits_that_are_known() {
-        assert_eq!(with_std(20.4137, 0.1234), "20.41 +- 0.12");
-        assert_eq!(with_std(-3.16, 0.04), "-3.160 +- 0.040");
-        assert_eq!(with_std(1234.5, 56.0), "1234 +- 56");
-        assert_eq!(with_std(2.5, 0.0), "2.5000");
-    }
 }

@@ -7,6 +7,7 @@ use lacuna_discrepancy::diagnosis::{ProofOutcome, Verdict};
 use lacuna_discrepancy::{Dataset, DiagnoseError, Watch};
 use lacuna_recordings::Recording;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 const CUBIC: &str = "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = 0.25";
 
@@ -143,6 +144,32 @@ fn a_diagnosis_that_is_called_off_returns() {
         .map(|o| o.diagnosis.verdict)
         .expect_err("called off");
     assert!(matches!(error, DiagnoseError::Cancelled), "{error}");
+}
+
+/// Wherever a budget ends the search, the diagnosis is whole, and what it names was compared.
+#[test]
+fn a_search_that_is_out_of_time_is_proved_and_told() {
+    let bench = ON_PENDULUM;
+    let model = bench.model();
+    let dataset =
+        Dataset::new(&model, &bench.record(&bench.truth(CUBIC), 99, 3)).expect("a dataset");
+    let (training, held_out) = split(&dataset);
+    let within = |budget: Duration| {
+        let watch = Watch::default().within(budget);
+        let outcome = diagnose(&model, &training, &held_out, Options::default(), &watch);
+        outcome.expect("a diagnosis").diagnosis
+    };
+    for millis in [0, 40, 150, 400, 1000] {
+        let d = within(Duration::from_millis(millis));
+        let named: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
+        let late = d.notes.iter().any(|n| n.starts_with("The time budget of"));
+        assert!(late || named == ["cubic_stiffness"], "{millis} ms: {named:?}");
+        assert!(named.is_empty() || named == ["cubic_stiffness"], "{millis} ms: {named:?}");
+        let fit = &d.fit.held_out["q"];
+        assert!(fit.rmse_before.is_finite() && fit.rmse_after <= fit.rmse_before, "{fit:?}");
+        assert_ne!(d.verdict, Verdict::NoMismatch, "{millis} ms");
+        assert_ne!(d.proof, ProofOutcome::Worse, "{millis} ms");
+    }
 }
 
 /// A remainder is learned only where something is left, and never instead of a name.

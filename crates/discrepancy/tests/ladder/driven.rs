@@ -30,7 +30,7 @@ force = ["u - 0.4*v - 3*x"]
 "#;
 
 /// Recordings whose input differs from what the machine got by noise of a share of its spread.
-fn with_noisy_input(
+pub fn with_noisy_input(
     mut recordings: Vec<Recording>,
     share: f64,
     seed: u64,

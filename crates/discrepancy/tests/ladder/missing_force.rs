@@ -205,7 +205,7 @@ fn draw(k: usize, class: &'static str) -> Case {
     let text = format!("{}\n{}", plant.text, concealed.toml(&model));
     let mut machine = Model::from_text(&text, "truth.toml").expect("the truth is right");
     for p in &mut machine.parameters {
-        p.value *= 1.0 + p.tolerance * rng.random_range(-1.0..1.0);
+        p.value *= 1.0 + p.tolerance() * rng.random_range(-1.0..1.0);
     }
     let share = (0.001f64.ln() + rng.random_range(0.0..1.0) * 10f64.ln()).exp();
     let velocities = rng.random_range(0.0..1.0) < 0.4;

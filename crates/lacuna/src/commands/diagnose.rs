@@ -9,12 +9,13 @@ use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::discrepancy::diagnose::{self, Options, Proof};
 use lacuna::discrepancy::diagnosis::{Diagnosis, Verdict};
-use lacuna::discrepancy::{Dataset, Output, Watch};
+use lacuna::discrepancy::{Dataset, Output, Scope, Selector, Watch};
 use lacuna::plants::Model;
 use lacuna::recordings::RecordingSource;
 use lacuna::report;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -37,6 +38,19 @@ pub struct Arguments {
     /// instead of a name
     #[arg(long)]
     learn_remainder: bool,
+    /// Do not look for these classes of effects, on all channels or on one
+    #[arg(long, num_args = 1.., value_name = "CLASS[@CHANNEL]")]
+    exclude: Vec<Selector>,
+    /// Look for nothing but these
+    #[arg(long, num_args = 1.., value_name = "CLASS[@CHANNEL]")]
+    only: Vec<Selector>,
+    /// These recorded inputs are exactly what the machine got: no noise on them is estimated
+    #[arg(long, num_args = 1.., value_name = "INPUT")]
+    exact: Vec<String>,
+    /// End the search after so many seconds with the best that it has found; the proof of that
+    /// comes on top
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    time_budget: Option<Duration>,
     /// Return 1 where there is a mismatch
     #[arg(long)]
     exit_code: bool,
@@ -52,10 +66,19 @@ pub fn run(a: &Arguments) -> Outcome {
     let model = read_equations(&a.model)?;
     let (training, held_out) = datasets(&model, &a.recordings, &a.held_out)?;
     let bar = spinner(a.quiet || a.json);
-    let options = Options { learn_remainder: a.learn_remainder, ..Options::default() };
+    let options = Options {
+        learn_remainder: a.learn_remainder,
+        scope: Scope { only: a.only.clone(), exclude: a.exclude.clone() },
+        exact: a.exact.clone(),
+        ..Options::default()
+    };
     let progress = |doing: &str| bar.set_message(doing.to_owned());
     let running = Cancellable::begin();
     let watch = Watch::new(&progress, running.token());
+    let watch = match a.time_budget {
+        Some(budget) => watch.within(budget),
+        None => watch,
+    };
     let outcome = diagnose::diagnose(&model, &training, &held_out, options, &watch);
     bar.finish_and_clear();
     if let Some(cancelled) = running.end() {
@@ -80,6 +103,13 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     let mismatch = outcome.diagnosis.verdict != Verdict::NoMismatch;
     Ok(ExitCode::from(u8::from(a.exit_code && mismatch)))
+}
+
+/// A positive number of seconds.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().ok().filter(|s| *s > 0.0);
+    let duration = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
+    duration.ok_or_else(|| "expected a positive number of seconds".to_owned())
 }
 
 /// Training and held-out data, the noise of the training recordings in both.

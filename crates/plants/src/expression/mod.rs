@@ -10,6 +10,6 @@ mod program;
 mod token;
 
 pub use graph::{Binary, Graph, Node, NodeId, Unary};
-pub(crate) use parse::nearest;
-pub use parse::{ExpressionError, Problem, parse};
+pub use parse::{ExpressionError, Problem, nearest, parse};
+pub(crate) use parse::{is_function, names_in};
 pub use program::{Bound, Program};

@@ -42,7 +42,7 @@ pub enum Problem {
         found: String,
     },
     /// A name that nothing declares.
-    #[error("unknown name '{name}'{}", suggestion.as_ref().map_or_else(String::new, |s| format!(", did you mean '{s}'?")))]
+    #[error("unknown name '{name}'{}", meant(suggestion.as_deref()))]
     UnknownName {
         /// The name.
         name: String,
@@ -71,6 +71,14 @@ pub enum Problem {
         /// The limit.
         limit: usize,
     },
+}
+
+/// What to do about a name that nothing declares.
+fn meant(suggestion: Option<&str>) -> String {
+    match suggestion {
+        Some(near) => format!(", did you mean '{near}'?"),
+        None => ": declare it, or write what the model has".to_owned(),
+    }
 }
 
 const FUNCTIONS: &str =
@@ -252,9 +260,26 @@ impl Parser<'_> {
     }
 }
 
+/// Names that an expression uses, functions apart; none of a text that is no expression.
+pub(crate) fn names_in(text: &str) -> Vec<String> {
+    let tokens = tokens(text).unwrap_or_default();
+    let is_call = |k: usize| tokens.get(k + 1).is_some_and(|t| t.token == Token::Symbol('('));
+    let name = |(k, t): (usize, &Spanned)| match &t.token {
+        Token::Name(name) if !is_call(k) => Some(name.clone()),
+        _ => None,
+    };
+    tokens.iter().enumerate().filter_map(name).collect()
+}
+
+/// Whether expressions know a function of this name.
+pub(crate) fn is_function(name: &str) -> bool {
+    Unary::of_name(name).is_some() || Binary::of_name(name).is_some()
+}
+
 /// The declared name nearest to `name`, if one is near at all: few letters differ, or one is
 /// part of the other.
-pub(crate) fn nearest(name: &str, names: &[String]) -> Option<String> {
+#[must_use]
+pub fn nearest(name: &str, names: &[String]) -> Option<String> {
     let limit = name.len().div_ceil(3);
     let candidates = names.iter().map(|n| (distance(name, n), n));
     let near = candidates.filter(|&(d, _)| d <= limit).min_by_key(|&(d, _)| d);

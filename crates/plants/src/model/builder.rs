@@ -1,10 +1,13 @@
 //! Models that no text describes.
 
 use super::name::check_name;
-use super::{Coordinate, Measured, Measurement, Model, NameError, Parameter, Quantity, System};
+use super::{
+    Coordinate, Measured, Measurement, Model, NameError, Parameter, Quantity, RecordedInput,
+    Uncertainty, UncertaintyError,
+};
 use crate::Hold;
 use crate::dynamics::{
-    Differences, Dynamics, Exact, GenericSimulator, Mass, Mechanics, Point, Rates, Simulator, Sizes,
+    Differences, Dynamics, Exact, GenericSimulator, Mechanics, Point, Rates, Simulator, Sizes,
 };
 use std::fmt;
 use std::sync::Arc;
@@ -59,12 +62,15 @@ pub enum BuildError {
         /// Its value.
         found: f64,
     },
-    /// A tolerance that is no standard deviation.
-    #[error("the tolerance of '{name}' is a relative standard deviation, 0 or more; found {found}")]
-    Tolerance {
-        /// The parameter.
+    /// What is believed of a parameter is no standard deviation.
+    #[error(transparent)]
+    Uncertainty(#[from] UncertaintyError),
+    /// Noise of an input that is no standard deviation.
+    #[error("the noise of '{name}' is a standard deviation in its unit, 0 or more; found {found}")]
+    InputNoise {
+        /// The input.
         name: String,
-        /// Its tolerance.
+        /// Its noise.
         found: f64,
     },
     /// A measurement of something that the model does not have.
@@ -89,7 +95,7 @@ type Make = Box<dyn FnOnce(&Rest) -> Result<Arc<dyn Dynamics>, BuildError>>;
 pub struct Builder {
     name: String,
     parameters: Vec<Parameter>,
-    inputs: Vec<Quantity>,
+    inputs: Vec<RecordedInput>,
     coordinates: Vec<Coordinate>,
     states: Vec<Quantity>,
     /// Column, what it measures, unit.
@@ -142,16 +148,60 @@ impl Builder {
     /// A parameter, with the relative standard deviation of what is believed of it; 0 is known
     /// exactly.
     #[must_use]
-    pub fn parameter(mut self, name: &str, value: f64, unit: &str, tolerance: f64) -> Self {
+    pub fn parameter(self, name: &str, value: f64, unit: &str, tolerance: f64) -> Self {
+        self.believed(name, value, unit, Uncertainty::Relative(tolerance))
+    }
+
+    /// A parameter, with the standard deviation of what is believed of it in its own unit; 0 is
+    /// known exactly. It is how a parameter is uncertain that is 0: a payload of 0 kg.
+    ///
+    /// ```
+    /// use lacuna_plants::Model;
+    /// let model = Model::builder("lift")
+    ///     .parameter_with_std("payload", 0.0, "kg", 0.5)
+    ///     .input("lift", "N")
+    ///     .coordinate("z", "vz", "m")
+    ///     .rates(|at| [at.inputs[0] / (3.0 + at.parameters[0]) - 9.81])
+    ///     .build()?;
+    /// assert_eq!(model.parameters[0].std(), 0.5);
+    /// # Ok::<(), lacuna_plants::model::BuildError>(())
+    /// ```
+    #[must_use]
+    pub fn parameter_with_std(self, name: &str, value: f64, unit: &str, std: f64) -> Self {
+        self.believed(name, value, unit, Uncertainty::Absolute(std))
+    }
+
+    fn believed(mut self, name: &str, value: f64, unit: &str, uncertainty: Uncertainty) -> Self {
         let (name, unit) = (name.to_owned(), unit.to_owned());
-        self.parameters.push(Parameter { name, value, unit, tolerance });
+        self.parameters.push(Parameter { name, value, unit, uncertainty });
         self
     }
 
-    /// An input.
+    /// An input: a command to an actuator ([`Builder::no_actuator`]), of whose noise nothing is known
+    /// ([`Builder::input_noise`]).
     #[must_use]
     pub fn input(mut self, name: &str, unit: &str) -> Self {
-        self.inputs.push(Quantity { name: name.to_owned(), unit: unit.to_owned() });
+        self.inputs.push(RecordedInput::new(name, unit));
+        self
+    }
+
+    /// The input declared last drives the machine as it was recorded, no actuator between: a computed
+    /// torque, a reference, a measured disturbance. Without an input it says nothing.
+    #[must_use]
+    pub fn no_actuator(mut self) -> Self {
+        if let Some(input) = self.inputs.last_mut() {
+            input.actuator = false;
+        }
+        self
+    }
+
+    /// What was recorded of the input declared last differs from what the machine got by noise of
+    /// this standard deviation, in the input's unit; 0: by none. Without an input it says nothing.
+    #[must_use]
+    pub fn input_noise(mut self, std: f64) -> Self {
+        if let Some(input) = self.inputs.last_mut() {
+            input.noise = Some(std);
+        }
         self
     }
 
@@ -301,16 +351,16 @@ impl Builder {
             let measurement = measurement(&model, declared)?;
             model.measurements.push(measurement);
         }
-        check_mass(&model)?;
-        Ok(model)
+        if model.is_singular_at_rest() { Err(BuildError::SingularMass) } else { Ok(model) }
     }
 
     fn check_names(&self) -> Result<(), NameError> {
         let parameters = self.parameters.iter().map(|p| &p.name);
         let coordinates = self.coordinates.iter().flat_map(|c| [&c.name, &c.velocity]);
-        let others = self.states.iter().chain(&self.inputs).map(|q| &q.name);
+        let states = self.states.iter().map(|s| &s.name);
+        let inputs = self.inputs.iter().map(|i| &i.name);
         let mut taken: Vec<String> = vec![];
-        for name in parameters.chain(coordinates).chain(others) {
+        for name in parameters.chain(coordinates).chain(states).chain(inputs) {
             check_name(name, &taken)?;
             taken.push(name.clone());
         }
@@ -318,15 +368,20 @@ impl Builder {
     }
 
     fn check_values(&self) -> Result<(), BuildError> {
-        for Parameter { name, value, tolerance, .. } in &self.parameters {
-            if !value.is_finite() {
-                return Err(BuildError::Value { name: name.clone(), found: *value });
+        for parameter in &self.parameters {
+            if !parameter.value.is_finite() {
+                let (name, found) = (parameter.name.clone(), parameter.value);
+                return Err(BuildError::Value { name, found });
             }
-            if !(tolerance.is_finite() && *tolerance >= 0.0) {
-                return Err(BuildError::Tolerance { name: name.clone(), found: *tolerance });
-            }
+            parameter.check()?;
         }
-        Ok(())
+        match self.inputs.iter().find(|input| !input.has_possible_noise()) {
+            Some(input) => {
+                let (name, found) = (input.name.clone(), input.noise.unwrap_or_default());
+                Err(BuildError::InputNoise { name, found })
+            }
+            None => Ok(()),
+        }
     }
 
     fn rest(&self) -> Rest {
@@ -372,15 +427,4 @@ fn measurement(
             Err(BuildError::Measured { column, of, known })
         }
     }
-}
-
-/// A simulator may be undefined at rest for other reasons: only a determinant that vanishes is the
-/// mass matrix's fault.
-fn check_mass(model: &Model) -> Result<(), BuildError> {
-    if model.dynamics.mass() == Mass::Unit || model.coordinates.is_empty() {
-        return Ok(());
-    }
-    let system = System::new(model);
-    let rest = system.at_rest(&vec![0.0; model.machine_states()]);
-    if system.mass_determinant(&rest) == 0.0 { Err(BuildError::SingularMass) } else { Ok(()) }
 }

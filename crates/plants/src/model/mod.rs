@@ -8,6 +8,7 @@ mod force;
 mod mass;
 mod name;
 mod observation;
+mod parameter;
 mod read;
 mod series;
 mod system;
@@ -19,13 +20,14 @@ pub use builder::{BuildError, Builder};
 pub use error::{ModelError, Place};
 pub use name::NameError;
 pub use observation::Observation;
+pub use parameter::{Parameter, Uncertainty, UncertaintyError};
 pub use series::{SeriesEffect, effective_inputs, sensed};
 pub use system::{Direction, Step, System, Workspace};
 pub use units::{SaidUnit, same_unit};
 pub use write::{Augmentation, NewEffect};
 
 use crate::Hold;
-use crate::dynamics::Dynamics;
+use crate::dynamics::{Dynamics, Mass};
 use lacuna_effects::{Channel, Effect, Law, Variable};
 use std::sync::Arc;
 
@@ -37,7 +39,7 @@ pub struct Model {
     /// Parameters, in the file's order.
     pub parameters: Vec<Parameter>,
     /// Inputs.
-    pub inputs: Vec<Quantity>,
+    pub inputs: Vec<RecordedInput>,
     /// Second-order coordinates.
     pub coordinates: Vec<Coordinate>,
     /// First-order states.
@@ -62,28 +64,36 @@ struct Source {
     text: String,
 }
 
-/// A parameter of the model.
+/// A recorded signal that drives the machine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
+pub struct RecordedInput {
     /// Its name.
     pub name: String,
-    /// What the model believes.
-    pub value: f64,
     /// Its unit, as written.
     pub unit: String,
-    /// Relative standard deviation of that belief; 0 is known exactly.
-    pub tolerance: f64,
+    /// Whether an actuator stands between the recorded signal and the machine, so that effects on
+    /// inputs (a dead zone, a delay) can act there. None does where the signal is a computed
+    /// torque, a reference or a measured disturbance.
+    pub actuator: bool,
+    /// Standard deviation of what was recorded about what the machine got, each sample apart, in
+    /// the input's unit, where it is known; 0: the machine got exactly this.
+    pub noise: Option<f64>,
 }
 
-impl Parameter {
-    /// Standard deviation of the belief, in the parameter's unit.
+impl RecordedInput {
+    /// A command to an actuator, of whose noise nothing is known.
     #[must_use]
-    pub fn std(&self) -> f64 {
-        self.tolerance * self.value.abs()
+    pub fn new(name: &str, unit: &str) -> Self {
+        Self { name: name.to_owned(), unit: unit.to_owned(), actuator: true, noise: None }
+    }
+
+    /// Whether the noise that is stated can be: a finite standard deviation, 0 or more.
+    pub(crate) fn has_possible_noise(&self) -> bool {
+        self.noise.is_none_or(|std| std >= 0.0 && std.is_finite())
     }
 }
 
-/// A named quantity with its unit: an input or a first-order state.
+/// A named quantity with its unit: a first-order state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantity {
     /// Its name.
@@ -263,6 +273,21 @@ impl Model {
             Law::Input(_) => &self.inputs[channel].name,
             Law::Sensor(_) => self.state_name(channel),
         }
+    }
+
+    /// Whether the mass matrix cannot be solved where all coordinates are 0. A mass may be an input
+    /// (a recorded payload): only what is singular whatever the inputs is a mistake. Elsewhere the
+    /// matrix may be undefined for other reasons: nothing but a vanishing determinant is its fault.
+    fn is_singular_at_rest(&self) -> bool {
+        if self.dynamics.mass() == Mass::Unit || self.coordinates.is_empty() {
+            return false;
+        }
+        let system = System::new(self);
+        let rest = system.at_rest(&vec![0.0; self.machine_states()]);
+        // Numbers that no mass matrix makes vanish by chance.
+        let driven = (0..self.inputs.len()).map(|j| 1.0 + 0.618 * (j + 1) as f64).collect();
+        let inputs = [vec![0.0; self.inputs.len()], driven];
+        inputs.iter().all(|u| system.mass_determinant(&rest, u) == 0.0)
     }
 
     /// Nominal parameter values.

@@ -1,21 +1,24 @@
 //! From the text of a model file to a [`Model`], every mistake with its place.
 
 mod channel;
+mod define;
 mod effect;
 mod value;
 
 use super::name::check_name;
 use super::units::same_unit;
 use super::{
-    Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, Quantity, Source,
-    System,
+    Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, Quantity,
+    RecordedInput, Source, Uncertainty,
 };
 use crate::Hold;
 use crate::dynamics::{Equations, Nodes, Sizes};
 use crate::expression::{Graph, NodeId, parse};
+use define::Definitions;
 use effect::RawEffect;
 use indexmap::IndexMap;
 use serde::Deserialize;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
@@ -29,6 +32,8 @@ struct File {
     name: String,
     #[serde(default)]
     parameters: IndexMap<Spanned<String>, RawParameter>,
+    #[serde(default)]
+    define: Definitions,
     #[serde(default)]
     input: Vec<RawInput>,
     #[serde(default)]
@@ -50,10 +55,12 @@ struct RawParameter {
     value: Spanned<f64>,
     #[serde(default)]
     unit: String,
+    /// One standard deviation of what is believed, relative to the value or in its unit.
     tolerance: Option<Spanned<f64>>,
-    /// Standard deviation that a diagnosis wrote; the tolerance is what counts.
-    #[serde(default, rename = "std")]
-    _std: Option<f64>,
+    std: Option<Spanned<f64>>,
+    /// Standard deviation of a value that a diagnosis wrote; what was believed before counts.
+    #[serde(default, rename = "calibrated_std")]
+    _calibrated_std: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -62,6 +69,15 @@ struct RawInput {
     name: Spanned<String>,
     #[serde(default)]
     unit: String,
+    /// Whether an actuator stands between what was recorded and the machine.
+    #[serde(default = "yes")]
+    actuator: bool,
+    /// Known standard deviation of what was recorded.
+    noise: Option<Spanned<f64>>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 #[derive(Deserialize)]
@@ -167,15 +183,27 @@ struct Reader<'a> {
     file: &'a str,
 }
 
-/// The declared names and the slots of their variables.
+/// The declared names: those of variables in the order of their slots, and definitions.
 struct Names {
     list: Vec<String>,
     sizes: Sizes,
+    /// Definitions that are read.
+    defined: Vec<(String, NodeId)>,
 }
 
 impl Names {
     fn node(&self, graph: &mut Graph, name: &str) -> Option<NodeId> {
-        self.list.iter().position(|n| n == name).map(|slot| graph.variable(slot))
+        let slot = self.list.iter().position(|n| n == name);
+        slot.map(|slot| graph.variable(slot)).or_else(|| self.definition(name))
+    }
+
+    fn definition(&self, name: &str) -> Option<NodeId> {
+        self.defined.iter().find(|(n, _)| n == name).map(|(_, node)| *node)
+    }
+
+    /// All names that an expression may use.
+    fn all(&self) -> Vec<String> {
+        self.list.iter().chain(self.defined.iter().map(|(name, _)| name)).cloned().collect()
     }
 
     /// The entry of the machine's state, or the input, of that name.
@@ -192,7 +220,7 @@ impl Names {
 }
 
 impl Reader<'_> {
-    fn error(&self, span: std::ops::Range<usize>, message: String) -> ModelError {
+    fn error(&self, span: Range<usize>, message: String) -> ModelError {
         let place = Some(Place::of(self.text, span.start, span.end));
         ModelError { file: self.file.to_owned(), place, message }
     }
@@ -210,24 +238,28 @@ impl Reader<'_> {
     }
 
     fn model(&self, raw: File) -> Result<Model, ModelError> {
-        let names = self.names(&raw)?;
+        let mut names = self.names(&raw)?;
         let parameters = self.parameters(&raw)?;
-        let mut nodes = self.equations(&raw, &names)?;
-        let measurements = raw
+        let mut nodes = Nodes::default();
+        self.define(&raw.define, &mut nodes.graph, &mut names)?;
+        self.equations(&raw, &names, &mut nodes)?;
+        let measurements: Vec<Measurement> = raw
             .measurement
             .iter()
             .map(|m| self.measurement(m, &mut nodes, &names))
             .collect::<Result<_, _>>()?;
-        let quantity = |name: &Spanned<String>, unit: &String| Quantity {
-            name: name.get_ref().clone(),
-            unit: unit.clone(),
-        };
+        self.check_measured_inputs(&raw.measurement, &measurements)?;
+        if nodes.graph.nodes().len() > LARGEST {
+            return Err(self.whole("the model's expressions hold more than 60 000 operations"));
+        }
+        let state =
+            |s: &RawState| Quantity { name: s.name.get_ref().clone(), unit: s.unit.clone() };
         let mut model = Model {
             name: raw.name,
             parameters,
-            inputs: raw.input.iter().map(|i| quantity(&i.name, &i.unit)).collect(),
+            inputs: self.inputs(&raw.input)?,
             coordinates: raw.coordinate.iter().map(coordinate).collect(),
-            states: raw.state.iter().map(|s| quantity(&s.name, &s.unit)).collect(),
+            states: raw.state.iter().map(state).collect(),
             effects: vec![],
             measurements,
             time_column: raw.recordings.time,
@@ -266,8 +298,9 @@ impl Reader<'_> {
                 .map_err(|e| self.error(name.span(), e.to_string()))?;
             list.push(name.get_ref().clone());
         }
+        self.check_defined(&raw.define, &list)?;
         // A model may use a name of its own for something else than time.
-        if !list.iter().any(|n| n == "t") {
+        if !list.iter().any(|n| n == "t") && !raw.define.contains_key("t") {
             list.push("t".to_owned());
         } else {
             list.push(String::new());
@@ -278,7 +311,7 @@ impl Reader<'_> {
             states: raw.state.len(),
             inputs: raw.input.len(),
         };
-        Ok(Names { list, sizes })
+        Ok(Names { list, sizes, defined: vec![] })
     }
 
     fn unknown_parameter(&self, raw: &File, name: &str, model: &Model) -> ModelError {
@@ -299,26 +332,38 @@ impl Reader<'_> {
                 let message = format!("the value of '{}' must be finite", name.get_ref());
                 return Err(self.error(p.value.span(), message));
             }
-            let tolerance = p.tolerance.as_ref().map_or(0.0, |t| *t.get_ref());
-            if let Some(t) = p.tolerance.as_ref()
-                && !(tolerance >= 0.0 && tolerance.is_finite())
-            {
-                let message = format!(
-                    "a tolerance is a relative standard deviation, 0 or more; found {tolerance}"
-                );
-                return Err(self.error(t.span(), message));
-            }
+            let (uncertainty, span) = self.uncertainty(name.get_ref(), p)?;
             let (name, unit) = (name.get_ref().clone(), p.unit.clone());
-            parameters.push(Parameter { name, value, unit, tolerance });
+            let parameter = Parameter { name, value, unit, uncertainty };
+            parameter.check().map_err(|e| self.error(span, e.to_string()))?;
+            parameters.push(parameter);
         }
         Ok(parameters)
     }
 
-    fn equations(&self, raw: &File, names: &Names) -> Result<Nodes, ModelError> {
-        let mut nodes = Nodes::default();
+    /// How sure the file is of a parameter, and where it says so.
+    fn uncertainty(
+        &self,
+        name: &str,
+        p: &RawParameter,
+    ) -> Result<(Uncertainty, Range<usize>), ModelError> {
+        match (&p.tolerance, &p.std) {
+            (Some(_), Some(std)) => {
+                let message = format!(
+                    "'{name}' has both a tolerance (relative) and a std (in its unit): say one of them"
+                );
+                Err(self.error(std.span(), message))
+            }
+            (None, Some(std)) => Ok((Uncertainty::Absolute(*std.get_ref()), std.span())),
+            (Some(t), None) => Ok((Uncertainty::Relative(*t.get_ref()), t.span())),
+            (None, None) => Ok((Uncertainty::Relative(0.0), p.value.span())),
+        }
+    }
+
+    fn equations(&self, raw: &File, names: &Names, nodes: &mut Nodes) -> Result<(), ModelError> {
         let n = raw.coordinate.len();
         match &raw.mechanics {
-            Some(mechanics) => self.mechanics(mechanics, n, names, &mut nodes)?,
+            Some(mechanics) => self.mechanics(mechanics, n, names, nodes)?,
             None if n > 0 => {
                 let message = "the model has coordinates but no [mechanics] with mass and force";
                 return Err(self.whole(message));
@@ -329,10 +374,7 @@ impl Reader<'_> {
             let node = self.expression(&s.derivative, &mut nodes.graph, names)?;
             nodes.force.push(node);
         }
-        if nodes.graph.nodes().len() > LARGEST {
-            return Err(self.whole("the model's expressions hold more than 60 000 operations"));
-        }
-        Ok(nodes)
+        Ok(())
     }
 
     fn mechanics(
@@ -375,7 +417,7 @@ impl Reader<'_> {
         names: &Names,
     ) -> Result<NodeId, ModelError> {
         let lookup = |graph: &mut Graph, name: &str| names.node(graph, name);
-        parse(text.get_ref(), graph, &names.list, &lookup).map_err(|e| {
+        parse(text.get_ref(), graph, &names.all(), &lookup).map_err(|e| {
             // The span of a string begins with its quotes.
             let span = text.span();
             let quotes = (span.len().saturating_sub(text.get_ref().len())) / 2;
@@ -403,6 +445,25 @@ impl Reader<'_> {
         Ok(Measurement { column, unit, of, text: text.clone() })
     }
 
+    /// Of an input one recorded column is what drives the machine.
+    fn check_measured_inputs(
+        &self,
+        raw: &[RawMeasurement],
+        measurements: &[Measurement],
+    ) -> Result<(), ModelError> {
+        for (k, (m, raw)) in measurements.iter().zip(raw).enumerate() {
+            let first = measurements[..k].iter().find(|earlier| earlier.of == m.of);
+            if let (Measured::Input(_), Some(first)) = (m.of, first) {
+                let message = format!(
+                    "column '{}' already is the input '{}': an input is one column",
+                    first.column, m.text
+                );
+                return Err(self.error(raw.of.span(), message));
+            }
+        }
+        Ok(())
+    }
+
     /// What the model states of the unit of a force must be what its parameters and inputs say.
     fn check_force_units(&self, model: &Model, raw: &[RawCoordinate]) -> Result<(), ModelError> {
         for (channel, coordinate) in raw.iter().enumerate() {
@@ -424,16 +485,33 @@ impl Reader<'_> {
 
     /// A mass matrix that is singular at rest is a mistake in the file.
     fn check_mass(&self, model: &Model, raw: Option<&RawMechanics>) -> Result<(), ModelError> {
-        let Some(raw) = raw else { return Ok(()) };
-        let system = System::new(model);
-        let rest = system.at_rest(&vec![0.0; model.machine_states()]);
-        // The mechanics may be undefined at rest for other reasons (a division by a state);
-        // only a determinant that vanishes is the mass matrix's fault.
-        if system.mass_determinant(&rest) == 0.0 {
-            let message = "the mass matrix is singular where all coordinates are 0: it cannot be solved for the accelerations";
-            return Err(self.error(raw.mass.span(), message.to_owned()));
+        match raw {
+            Some(raw) if model.is_singular_at_rest() => {
+                let message = "the mass matrix is singular where all coordinates are 0: it cannot be solved for the accelerations";
+                Err(self.error(raw.mass.span(), message.to_owned()))
+            }
+            _ => Ok(()),
         }
-        Ok(())
+    }
+
+    fn inputs(&self, raw: &[RawInput]) -> Result<Vec<RecordedInput>, ModelError> {
+        let one = |raw: &RawInput| {
+            let (name, noise) = (raw.name.get_ref(), raw.noise.as_ref());
+            let mut input = RecordedInput::new(name, &raw.unit);
+            input.actuator = raw.actuator;
+            input.noise = noise.map(|std| *std.get_ref());
+            match noise {
+                Some(std) if !input.has_possible_noise() => {
+                    let found = std.get_ref();
+                    let message = format!(
+                        "the noise of '{name}' is a standard deviation in its unit, 0 or more; found {found}"
+                    );
+                    Err(self.error(std.span(), message))
+                }
+                _ => Ok(input),
+            }
+        };
+        raw.iter().map(one).collect()
     }
 }
 

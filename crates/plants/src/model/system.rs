@@ -66,11 +66,12 @@ impl System {
         Self::built(model, bound, effects, (push, 0.0), law, |_, e| e.internal())
     }
 
-    /// Determinant of the mass matrix at a state; 1 without coordinates.
+    /// Determinant of the mass matrix at a state under some inputs; 1 without coordinates.
     #[must_use]
-    pub fn mass_determinant(&self, state: &[f64]) -> f64 {
+    pub fn mass_determinant(&self, state: &[f64], inputs: &[f64]) -> f64 {
         let n = self.sizes.coordinates;
         let mut variables = state[..self.machine_states()].to_vec();
+        variables.extend_from_slice(inputs);
         variables.resize(self.sizes.variables(), 0.0);
         let mut outputs = vec![0.0; self.sizes.rates()];
         self.bound.evaluate_once(&variables, &mut outputs);

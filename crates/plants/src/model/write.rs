@@ -1,7 +1,7 @@
 //! A model as text, with calibrated parameters and effects added, everything else as it was.
 
-use super::{Model, ModelEffect, ModelError};
-use lacuna_effects::{Effect, Kind, Parameter, Variable};
+use super::{Model, ModelEffect, ModelError, Parameter, Uncertainty};
+use lacuna_effects::{Effect, Kind, Variable};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
 /// What to change in a model.
@@ -90,7 +90,11 @@ impl Model {
             let mut entry = InlineTable::new();
             entry.insert("value", Value::from(p.value));
             entry.insert("unit", Value::from(p.unit.as_str()));
-            entry.insert("tolerance", Value::from(p.tolerance));
+            let (key, size) = match p.uncertainty {
+                Uncertainty::Relative(tolerance) => ("tolerance", tolerance),
+                Uncertainty::Absolute(std) => ("std", std),
+            };
+            entry.insert(key, Value::from(size));
             parameters[&p.name] = value(entry);
         }
         document["parameters"] = Item::Table(parameters);
@@ -110,8 +114,7 @@ impl Model {
     ) -> Result<(), ModelError> {
         for (name, new, std) in &augmentation.parameters {
             if let Some(entry) = document["parameters"].get_mut(name) {
-                entry["value"] = value(*new);
-                entry["std"] = value(*std);
+                self.calibrate(entry, name, (*new, *std));
             }
         }
         let effects = document.entry("effect").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
@@ -127,6 +130,20 @@ impl Model {
             document.remove("effect");
         }
         Ok(())
+    }
+
+    /// A parameter with its calibrated value; how sure the model was of it stays as it was.
+    fn calibrate(&self, entry: &mut Item, name: &str, (new, std): (f64, f64)) {
+        entry["value"] = value(new);
+        let before = self.parameters.iter().find(|p| p.name == name).map_or(0.0, Parameter::std);
+        if let Some(table) = entry.as_table_like_mut()
+            && new == 0.0
+            && table.remove("tolerance").is_some()
+        {
+            // Relative to 0 it would say nothing.
+            table.insert("std", value(before));
+        }
+        entry["calibrated_std"] = value(std);
     }
 }
 
@@ -149,7 +166,11 @@ fn table(new: &NewEffect, model: &Model) -> Table {
 }
 
 /// The values of one parameter; nothing where there are none.
-fn entry(p: &Parameter, own: &[(f64, Option<f64>, String)], over: Option<&str>) -> Option<Item> {
+fn entry(
+    p: &lacuna_effects::Parameter,
+    own: &[(f64, Option<f64>, String)],
+    over: Option<&str>,
+) -> Option<Item> {
     let (number, std, unit) = own.first()?;
     let mut entry = InlineTable::new();
     match p.kind {

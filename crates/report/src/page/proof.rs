@@ -19,6 +19,7 @@ pub(crate) fn section(d: &Diagnosis, series: &[Proof]) -> Markup {
          after them.",
         html! {
             (errors(d))
+            (by_recording(d))
             p.about.hint hidden {
                 "Point at a picture for its values, or focus it and use the arrow keys. Over time, drag \
                  to look closer; a double click or Escape resets."
@@ -49,6 +50,29 @@ fn errors(d: &Diagnosis) -> Markup {
         @if rows.is_empty() { p { "No recording was held out." } }
         @else { (table(&caption, &head, &rows)) }
     }
+}
+
+/// Channels that are shown of each recording; `diagnosis.json` has all.
+const SHOWN: usize = 4;
+
+/// The same windows, recording by recording, of the channels where the model was worst.
+fn by_recording(d: &Diagnosis) -> Markup {
+    let channels: Vec<&str> = words::by_error(d).into_iter().map(|c| c.0).take(SHOWN).collect();
+    let head: Vec<&str> = std::iter::once("Recording").chain(channels.iter().copied()).collect();
+    let rows: Vec<Vec<String>> = d
+        .fit
+        .by_recording
+        .iter()
+        .map(|(recording, fits)| {
+            let cell = |channel: &&str| match fits.get(*channel) {
+                Some(f) => change(f.rmse_before, "→", f.rmse_after, &f.unit),
+                None => "-".to_owned(),
+            };
+            std::iter::once(recording.clone()).chain(channels.iter().map(cell)).collect()
+        })
+        .collect();
+    let caption = "Rms error over windows, by recording, before → after";
+    html! { @if !rows.is_empty() { (table(caption, &head, &rows)) } }
 }
 
 fn row((name, f): (&str, &ChannelFit)) -> Vec<String> {

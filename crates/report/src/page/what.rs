@@ -1,7 +1,7 @@
 //! What is missing: the findings, and the parameters that move.
 
 use super::table::table;
-use crate::number::{percent, plain, with_std};
+use crate::number::{estimate, percent, plain};
 use crate::words;
 use lacuna_discrepancy::Diagnosis;
 use lacuna_discrepancy::diagnosis::{Alternative, Calibration, Finding};
@@ -33,7 +33,7 @@ fn card(f: &Finding) -> Markup {
                 @if let Some(effect) = law { dt { "Law" } dd { code { (effect.formula) } } }
                 @for (name, e) in &f.parameters {
                     dt { (name.replace('_', " ")) }
-                    dd { strong { (with_std(e.value, e.std, &e.unit)) } }
+                    dd { strong { (estimate(e.value, e.std, &e.unit, e.at_bound)) } }
                 }
                 @if !f.depends_on.is_empty() { dt { "Depends on" } dd { (f.depends_on.join(", ")) } }
                 @for (name, [low, high]) in &f.region {
@@ -67,7 +67,7 @@ fn calibration(d: &Diagnosis) -> Markup {
         vec![
             name.clone(),
             c.nominal.to_string(),
-            with_std(c.value, c.std, &c.unit),
+            estimate(c.value, c.std, &c.unit, c.at_bound),
             change,
             far.into(),
         ]

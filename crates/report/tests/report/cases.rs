@@ -12,7 +12,7 @@ fn map<T>(items: impl IntoIterator<Item = (&'static str, T)>) -> BTreeMap<String
 }
 
 fn estimate(value: f64, std: f64, unit: &str) -> Estimate {
-    Estimate { value, std, unit: unit.into() }
+    Estimate { value, std, unit: unit.into(), at_bound: false }
 }
 
 fn errors(unit: &str, noise: f64, windows: [f64; 2], free: [f64; 2]) -> ChannelFit {
@@ -93,8 +93,13 @@ pub fn missing() -> Diagnosis {
         unit: "N".into(),
         curves: vec![lawless("dq", "m/s"), lawless("t", "s")],
     };
-    let calibration =
-        |nominal, value, std, unit: &str| Calibration { nominal, value, std, unit: unit.into() };
+    let calibration = |nominal, value, std, unit: &str| Calibration {
+        nominal,
+        value,
+        std,
+        unit: unit.into(),
+        at_bound: false,
+    };
     let rung = |what: &str, share| Rung { what: what.into(), share };
     Diagnosis {
         schema: SCHEMA,
@@ -111,6 +116,7 @@ pub fn missing() -> Diagnosis {
         fit: Fit {
             held_out: map([("q", errors("m", 2.1e-5, [0.004_31, 2.34e-5], [0.0873, 0.000_412]))]),
             training: map([("q", errors("m", 2.1e-5, [0.004_4, 2.3e-5], [0.09, 0.000_4]))]),
+            by_recording: BTreeMap::new(),
         },
         ladder: vec![
             rung("calibration", 0.031),

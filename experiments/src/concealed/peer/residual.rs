@@ -142,7 +142,7 @@ struct Physics {
 impl Physics {
     fn of(model: &Model) -> Self {
         let nominal = model.values();
-        let uncertain = model.parameters.iter().enumerate().filter(|(_, p)| p.tolerance > 0.0);
+        let uncertain = model.parameters.iter().enumerate().filter(|(_, p)| p.std() > 0.0);
         let moved = uncertain.map(|(k, p)| {
             let mut moved = nominal.clone();
             moved[k] += NUDGE * p.std();

@@ -221,7 +221,7 @@ pub fn inputs(
     recordings: &[Recording],
     data: &Dataset,
 ) -> Result<Vec<Input>, Box<dyn Error>> {
-    let input = |(j, quantity): (usize, &lacuna::plants::model::Quantity)| {
+    let input = |(j, quantity): (usize, &lacuna::plants::model::RecordedInput)| {
         let (column, column_unit) = column_of(model, Measured::Input(j), &quantity.name);
         let series: Vec<Vec<f64>> = data.recordings.iter().map(|r| r.command(j)).collect();
         let slices: Vec<&[f64]> = series.iter().map(Vec::as_slice).collect();
@@ -265,12 +265,10 @@ pub fn not_used(recordings: &[Recording], channels: &[Channel], inputs: &[Input]
 
 /// The column that measures a quantity, and its unit where the model states one.
 fn column_of(model: &Model, of: Measured, name: &str) -> (String, String) {
-    // Several columns may hold expressions; each output of that kind carries its column's name.
-    let fits = |m: &&lacuna::plants::model::Measurement| match of {
-        Measured::Output(_) => m.column == name,
-        _ => m.of == of,
-    };
-    match model.measurements.iter().find(fits) {
+    // Where several columns measure one channel, each output carries its column's name.
+    let mut all = model.measurements.iter().filter(|m| m.of == of);
+    let own = all.clone().find(|m| m.column == name);
+    match own.or_else(|| all.next()) {
         Some(m) => (m.column.clone(), m.unit.clone()),
         None => (name.to_owned(), String::new()),
     }

@@ -26,6 +26,15 @@ pub fn with_std(value: f64, std: f64, unit: &str) -> String {
     unit_after(format!("{} ± {}", round(value), round(std)), unit)
 }
 
+/// A value with its standard deviation; of one that lies at the edge of what was tried, that.
+#[must_use]
+pub fn estimate(value: f64, std: f64, unit: &str, at_bound: bool) -> String {
+    if at_bound {
+        return format!("{} (at the edge of what was tried)", plain(value, unit));
+    }
+    with_std(value, std, unit)
+}
+
 /// A value to three significant digits: `0.00123 m`.
 #[must_use]
 pub fn plain(value: f64, unit: &str) -> String {
@@ -143,6 +152,13 @@ mod tests {
         for (value, std, unit, expected) in table {
             assert_eq!(with_std(value, std, unit), expected);
         }
+    }
+
+    #[test]
+    fn values_at_the_edge_of_what_was_tried_have_no_deviation() {
+        assert_eq!(estimate(20.4137, 0.1234, "N", false), "20.41 ± 0.12 N");
+        let edge = estimate(20.4137, 0.1234, "N", true);
+        assert_eq!(edge, "20.4 N (at the edge of what was tried)");
     }
 
     #[test]
