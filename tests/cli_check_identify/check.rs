@@ -107,7 +107,7 @@ fn check_tells_outliers_and_steps_of_encoders() {
     assert_eq!(outliers["count"], 5, "{outliers}");
     assert_eq!(outliers["first_s"], serde_json::json!([run.t[100], run.t[250], run.t[251]]));
     let text = stdout(&bench.lacuna(&["check", "model.toml", "run.csv"]));
-    assert!(text.contains("x is quantised in steps of 0.05 m"), "{text}");
+    assert!(text.contains("x is quantised in steps of 0.05 m, "), "{text}");
     assert!(text.contains("are left out: 5 in run.csv (at 2, 5, 5.02, ... s)"), "{text}");
     // They do not count for errors.
     let of = |file: &str| {
@@ -116,6 +116,25 @@ fn check_tells_outliers_and_steps_of_encoders() {
     let with = of("run.csv");
     assert_eq!(with["outliers"], 5);
     assert!(with["rmse"].as_f64().unwrap() < 0.05, "{with}");
+}
+
+#[test]
+fn check_tells_of_sensors_at_their_limits() {
+    let bench = Bench::new();
+    bench.write("model.toml", MODEL);
+    let run = Run::new(1);
+    let limit = 0.6 * run.x.iter().fold(0.0f64, |a, x| a.max(*x));
+    let x: Vec<f64> = run.x.iter().map(|x| x.min(limit)).collect();
+    bench.write("run.csv", &Run::csv(&[("t", &run.t), ("x", &x), ("u", &run.u)]));
+    let report = bench.json(&["check", "model.toml", "run.csv", "--json"]);
+    let channel = &report["channels"][0];
+    let expected = x.iter().filter(|x| **x == limit).count();
+    assert!(expected > 20);
+    assert_eq!(channel["saturated"][0]["count"], expected, "{channel}");
+    assert!(channel["outliers"].as_array().unwrap().is_empty(), "{channel}");
+    let text = stdout(&bench.lacuna(&["check", "model.toml", "run.csv"]));
+    assert!(text.contains("x: the sensor is at the end of its range"), "{text}");
+    assert!(text.contains(&format!("not measured: {expected} in run.csv")), "{text}");
 }
 
 #[test]

@@ -10,7 +10,7 @@ pub struct Candidate {
     pub effect: &'static Effect,
     /// Force channel or input.
     pub channel: usize,
-    /// The other force channel of a coupling.
+    /// The other force channel of a coupling, or the input that a force law names.
     pub other: Option<usize>,
 }
 
@@ -78,14 +78,16 @@ fn acts_on(effect: &Effect, model: &Model, channel: usize) -> bool {
     }
 }
 
-/// The other channels of a coupling; a spring between two channels counts once, as one of the later:
-/// models begin with what is driven.
+/// The other channels of a coupling, or the inputs that a law may name; a spring between two channels
+/// counts once, as one of the later: models begin with what is driven.
 fn partners(
     effect: &'static Effect,
     channel: usize,
     model: &Model,
 ) -> impl Iterator<Item = Option<usize>> {
-    let others: Vec<_> = if effect.couples() {
+    let others: Vec<_> = if effect.names_input() {
+        model.inputs_about(channel).into_iter().map(Some).collect()
+    } else if effect.couples() {
         let fits = |o: &usize| {
             *o != channel && (!effect.is_mutual() || *o < channel) && acts_on(effect, model, *o)
         };

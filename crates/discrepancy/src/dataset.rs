@@ -1,5 +1,6 @@
 //! Conditioning: recordings brought into the model's channels and units, with dropped rows
-//! marked, angles unwrapped, outliers left out and the noise of every output estimated.
+//! marked, angles unwrapped, outliers and sensors at their limits left out and the noise of every
+//! output estimated.
 
 pub(crate) mod clean;
 
@@ -33,7 +34,7 @@ pub struct Observed {
     pub times: Vec<f64>,
     /// Commanded inputs, row-major `times.len() x m`.
     pub commands: Vec<f64>,
-    /// Series of each output; NaN where nothing was measured, or an outlier.
+    /// Series of each output; NaN where nothing was measured, or an outlier, or the sensor's limit.
     pub outputs: Vec<Vec<f64>>,
     /// Number of rows that were dropped.
     pub dropped: usize,
@@ -67,10 +68,8 @@ impl Observed {
         let m = self.commands.len() / self.len().max(1);
         let seconds = (self.times[range.start], self.times[range.end - 1]);
         let cleaned: Vec<_> = self.cleaned.iter().map(|c| c.part(&range)).collect();
-        let outlier = |k: &usize| {
-            cleaned.iter().any(|c| c.outliers.binary_search(&(k - range.start)).is_ok())
-        };
-        let missing = |k: &usize| self.outputs.iter().all(|y| y[*k].is_nan()) && !outlier(k);
+        let left_out = |k: &usize| cleaned.iter().any(|c| c.is_left_out(k - range.start));
+        let missing = |k: &usize| self.outputs.iter().all(|y| y[*k].is_nan()) && !left_out(k);
         Self {
             name: format!("{} ({:.3} to {:.3} s)", self.name, seconds.0, seconds.1),
             times: self.times[range.clone()].to_vec(),
@@ -201,6 +200,11 @@ impl Dataset {
     /// Outputs that are angles recorded within one turn, and how often they leapt by a turn.
     pub fn leaps(&self) -> impl Iterator<Item = (&Output, usize)> {
         self.cleaned(|c| c.leaps.len())
+    }
+
+    /// Outputs whose sensor was at the end of its range, and for how many samples.
+    pub fn saturated(&self) -> impl Iterator<Item = (&Output, usize)> {
+        self.cleaned(|c| c.saturated.len())
     }
 
     fn cleaned(&self, count: fn(&Cleaned) -> usize) -> impl Iterator<Item = (&Output, usize)> {

@@ -137,7 +137,7 @@ pub struct Finding {
     pub law: Option<String>,
     /// Channel (or input) it acts on.
     pub channel: String,
-    /// The other channel of a coupling.
+    /// The other channel of a coupling, or the input that a law depends on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other: Option<String>,
     /// Channels that the effect depends on; of an inertia "acceleration of" its channel.

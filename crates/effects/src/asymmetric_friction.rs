@@ -25,7 +25,7 @@ pub(crate) static EFFECT: Effect = Effect {
     nature: Nature {
         kin: Some(Kin {
             family: &FAMILY,
-            shared: |p| shared(0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0]), p[2]),
+            shared: |p, _| shared(0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0]), p[2]),
             begun: |s, _| vec![vec![s[0] - s[1], s[0] + s[1], s[2]]],
         }),
         ..Nature::PLAIN

@@ -3,7 +3,8 @@
 use lacuna_numbers::Number;
 
 /// Where a channel's coordinate and velocity stand in the machine's state. On a first-order
-/// state both are the state itself, so that friction laws act on it as loss laws.
+/// state both are the state itself, so that friction laws act on it as loss laws. Of an input that
+/// a law names both are its place among the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Channel {
     /// Place of the coordinate.
@@ -15,6 +16,12 @@ pub struct Channel {
 impl Channel {
     /// One channel alone, in a state of its coordinate and velocity.
     pub const ALONE: [Self; 1] = [Self { q: 0, v: 1 }];
+
+    /// An input that a law names.
+    #[must_use]
+    pub const fn input(place: usize) -> Self {
+        Self { q: place, v: place }
+    }
 }
 
 /// Where and when a force law is evaluated, in any kind of number.
@@ -27,7 +34,7 @@ pub struct At<'a, T = f64> {
     pub sample: f64,
     /// The machine's state.
     pub state: &'a [T],
-    /// The channel that the law acts on, then the others that it names.
+    /// The channel that the law acts on, then the others, or the input, that it names.
     pub channels: &'a [Channel],
     /// The machine's inputs, as the actuators apply them.
     pub inputs: &'a [T],
@@ -71,5 +78,12 @@ impl<'a, T: Number> At<'a, T> {
     #[must_use]
     pub fn other_v(&self, k: usize) -> T {
         self.state[self.channels[k + 1].v]
+    }
+
+    /// The input that the law names.
+    #[inline(always)]
+    #[must_use]
+    pub fn input(&self) -> T {
+        self.inputs[self.channels[1].q]
     }
 }

@@ -43,6 +43,12 @@ impl Effect {
         self.depends_on_another() || self.reacts()
     }
 
+    /// Whether it names an input that it depends on.
+    #[must_use]
+    pub fn names_input(&self) -> bool {
+        self.depends_on.contains(&Variable::OtherInput)
+    }
+
     /// Whether it is the same law seen from either of its channels.
     #[must_use]
     pub fn is_mutual(&self) -> bool {
@@ -105,6 +111,8 @@ pub enum Variable {
     Time,
     /// The input it acts on.
     Input,
+    /// The input that a force law names.
+    OtherInput,
 }
 
 /// Which channels an effect can act on.

@@ -1,6 +1,6 @@
 //! Families of laws that are variants of one kind of physics.
 
-use crate::{CATALOGUE, Effect, Scales};
+use crate::{Effect, Scales};
 
 /// Laws that are variants of one kind of physics, of which a channel has one: a second one on
 /// the same channel says nothing new, but each may stand in the place of another.
@@ -16,8 +16,8 @@ pub struct Family {
 pub struct Kin {
     /// The family.
     pub family: &'static Family,
-    /// The family's shared numbers, of physical parameters.
-    pub shared: fn(&[f64]) -> Vec<f64>,
+    /// The family's shared numbers, of physical parameters on a channel of these magnitudes.
+    pub shared: fn(&[f64], &Scales) -> Vec<f64>,
     /// Physical parameters to begin from, of the family's shared numbers on a channel of these
     /// magnitudes: several where the shared numbers leave some of them open.
     pub begun: fn(&[f64], &Scales) -> Vec<Vec<f64>>,
@@ -31,18 +31,15 @@ impl Effect {
         families.is_some_and(|(a, b)| std::ptr::eq(a.family, b.family))
     }
 
-    /// The laws of its family in the place of this one with these physical parameters, each
-    /// with parameters to begin from. Itself is among them where it has several beginnings.
+    /// Physical parameters to begin from of another law of its family in the place of this one
+    /// with these physical parameters; none where they are no kin.
     #[must_use]
-    pub fn siblings(&self, physical: &[f64], scales: &Scales) -> Vec<(&'static Self, Vec<f64>)> {
-        let Some(own) = self.nature.kin else { return vec![] };
-        let shared = (own.shared)(physical);
-        let members = CATALOGUE.iter().copied().filter(|e| e.is_kin_of(self));
-        let begun = |e: &'static Self| {
-            let begun = e.nature.kin.map_or(vec![], |kin| (kin.begun)(&shared, scales));
-            let again = e.class == self.class && begun.len() == 1;
-            begun.into_iter().filter(move |_| !again).map(move |parameters| (e, parameters))
-        };
-        members.flat_map(begun).collect()
+    pub fn written_as(&self, other: &Self, physical: &[f64], scales: &Scales) -> Vec<Vec<f64>> {
+        match (self.nature.kin, other.nature.kin) {
+            (Some(own), Some(kin)) if self.is_kin_of(other) => {
+                (kin.begun)(&(own.shared)(physical, scales), scales)
+            }
+            _ => vec![],
+        }
     }
 }

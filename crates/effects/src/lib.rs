@@ -48,11 +48,14 @@ mod gravity_torque;
 mod held;
 mod hidden_resonance;
 mod hysteresis;
+mod input_damping;
 mod input_delay;
 pub mod law;
 mod linear_loss;
 mod linear_stiffness;
+mod load_friction;
 mod lugre_friction;
+mod maxwell_slip;
 mod overflow;
 pub mod parameter;
 mod periodic_disturbance;
@@ -97,8 +100,10 @@ pub static CATALOGUE: &[&Effect] = &[
     &asymmetric_friction::EFFECT,
     &position_friction::EFFECT,
     &time_friction::EFFECT,
+    &load_friction::EFFECT,
     &quadratic_drag::EFFECT,
     &position_damping::EFFECT,
+    &input_damping::EFFECT,
     &constant_force::EFFECT,
     &linear_stiffness::EFFECT,
     &quadratic_stiffness::EFFECT,
@@ -112,6 +117,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &transmission_backlash::EFFECT,
     &coriolis_coupling::EFFECT,
     &lugre_friction::EFFECT,
+    &maxwell_slip::EFFECT,
     &hysteresis::EFFECT,
     &backlash::EFFECT,
     &viscoelastic::EFFECT,

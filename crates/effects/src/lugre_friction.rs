@@ -35,7 +35,7 @@ pub(crate) static EFFECT: Effect = Effect {
     shapes,
     nature: Nature {
         // A sign is sharp beside the peak.
-        kin: Some(Kin { family: &FAMILY, shared: |p| shared(p[0], 0.0, 0.1 * p[2]), begun }),
+        kin: Some(Kin { family: &FAMILY, shared: |p, _| shared(p[0], 0.0, 0.1 * p[2]), begun }),
         memory_spread: |_, _, spread| spread[0] = 0.7,
         ..Nature::PLAIN
     },

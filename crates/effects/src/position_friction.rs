@@ -29,7 +29,7 @@ pub(crate) static EFFECT: Effect = Effect {
     nature: Nature {
         kin: Some(Kin {
             family: &FAMILY,
-            shared: |p| shared(p[0], 0.0, p[2]),
+            shared: |p, _| shared(p[0], 0.0, p[2]),
             begun: |s, _| vec![vec![s[0], 0.0, s[2]]],
         }),
         ..Nature::PLAIN

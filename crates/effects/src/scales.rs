@@ -18,7 +18,8 @@ pub struct Scales {
     /// The difference of its coordinate and that of the other channel: half its range, and the
     /// standard deviation of its rate.
     pub apart: (f64, f64),
-    /// Standard deviation and largest absolute value of the input.
+    /// Standard deviation and largest absolute value of the input, or of the one that a force law
+    /// names.
     pub input: (f64, f64),
     /// Mean sample step (s).
     pub step: f64,
@@ -43,6 +44,12 @@ impl Scales {
     #[must_use]
     pub fn rate(&self) -> f64 {
         self.v / self.half_range()
+    }
+
+    /// Usual size of the input: half of its largest, so that one with an offset has one as well.
+    #[must_use]
+    pub fn usual_input(&self) -> f64 {
+        0.5 * self.input.1
     }
 
     /// Length of the recordings (s).

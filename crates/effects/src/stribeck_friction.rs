@@ -24,7 +24,7 @@ pub(crate) static EFFECT: Effect = Effect {
     priors,
     shapes,
     nature: Nature {
-        kin: Some(Kin { family: &FAMILY, shared: |p| shared(p[0], 0.0, p[3]), begun }),
+        kin: Some(Kin { family: &FAMILY, shared: |p, _| shared(p[0], 0.0, p[3]), begun }),
         ..Nature::PLAIN
     },
 };

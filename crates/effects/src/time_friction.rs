@@ -31,7 +31,7 @@ pub(crate) static EFFECT: Effect = Effect {
     nature: Nature {
         kin: Some(Kin {
             family: &FAMILY,
-            shared: |p| shared(0.5 * (p[0] + p[1]), 0.0, p[3]),
+            shared: |p, _| shared(0.5 * (p[0] + p[1]), 0.0, p[3]),
             begun,
         }),
         variation_of: Some(&coulomb_friction::EFFECT),

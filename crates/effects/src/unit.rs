@@ -44,6 +44,12 @@ impl Dimension {
         Self { force, coordinate, seconds, angle: 0, input: 0, variable: 0 }
     }
 
+    /// The same per unit of the input.
+    #[must_use]
+    pub const fn per_input(self) -> Self {
+        Self { input: self.input - 1, ..self }
+    }
+
     /// The same for a curve over this variable of its channel.
     #[must_use]
     pub const fn over(self, variable: Variable) -> Self {
@@ -52,7 +58,7 @@ impl Dimension {
             Variable::Velocity | Variable::OtherVelocity => Self::VELOCITY,
             Variable::Acceleration => Self::new(0, 1, -2),
             Variable::Time => Self::TIME,
-            Variable::Input => Self::INPUT,
+            Variable::Input | Variable::OtherInput => Self::INPUT,
         };
         let power = self.variable;
         Self {
@@ -65,7 +71,7 @@ impl Dimension {
         }
     }
 
-    /// As text, given the units of the channel's force and coordinate, or of the input. What
+    /// As text, given the units of the channel's force and coordinate, and of the input. What
     /// [`Dimension::over`] has not settled is taken as a curve over the coordinate. A text that is
     /// no product of symbols is taken as one symbol.
     #[must_use]

@@ -5,16 +5,18 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 41] = [
+const DESIGNED: [&str; 44] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
     "asymmetric_friction",
     "position_friction",
     "time_friction",
+    "load_friction",
     "quadratic_drag",
     "constant_force",
     "position_damping",
+    "input_damping",
     "linear_stiffness",
     "quadratic_stiffness",
     "cubic_stiffness",
@@ -27,6 +29,7 @@ const DESIGNED: [&str; 41] = [
     "transmission_backlash",
     "coriolis_coupling",
     "lugre_friction",
+    "maxwell_slip",
     "hysteresis",
     "viscoelastic",
     "hidden_resonance",
@@ -100,6 +103,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("position_friction", &["N", "N/m", "m/s"], &["N m", "N m/rad", "rad/s"]),
         ("time_friction", &["N", "N", "s", "m/s", "s"], &["N m", "N m", "s", "rad/s", "s"]),
         ("lugre_friction", &["N", "1", "m/s", "m"], &["N m", "1", "rad/s", "rad"]),
+        ("maxwell_slip", &["N", "m"], &["N m", "rad"]),
         ("coupling_friction", &["N", "m/s"], &["N m", "rad/s"]),
         ("transmission_backlash", &["N/m", "m"], &["N m/rad", "rad"]),
         ("quadratic_drag", &["N s^2/m^2"], &["N m s^2/rad^2"]),
@@ -132,7 +136,9 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
     }
     let covered: BTreeSet<_> = table.iter().map(|row| row.0).collect();
     for effect in CATALOGUE {
-        let elsewhere = matches!(effect.law, Law::Input(_)) || effect.acts == Acts::States;
+        let elsewhere = matches!(effect.law, Law::Input(_))
+            || effect.acts == Acts::States
+            || effect.names_input();
         assert!(elsewhere || covered.contains(effect.class), "{} is untested", effect.class);
     }
 }
@@ -149,6 +155,14 @@ fn units_on_an_input() {
     for (class, unit) in table {
         assert_eq!(units(class, "", "", "V"), unit, "{class}");
     }
+}
+
+/// A law that names an input has coefficients per unit of it.
+#[test]
+fn units_beside_an_input() {
+    assert_eq!(units("load_friction", "N", "m", "A"), ["N", "N/A", "m/s"]);
+    assert_eq!(units("load_friction", "N m", "rad", "N m"), ["N m", "1", "rad/s"]);
+    assert_eq!(units("input_damping", "N", "m", "A"), ["N s/(m A)"]);
 }
 
 /// The generalised force of a first-order state is its rate.

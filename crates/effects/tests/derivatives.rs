@@ -7,7 +7,10 @@ use lacuna_effects::{
 };
 use lacuna_numbers::{Dual, Number};
 
-const CHANNELS: [Channel; 2] = [Channel { q: 0, v: 1 }, Channel { q: 2, v: 3 }];
+mod support;
+
+use support::channels;
+
 const STATES: usize = 4;
 const POINTS: u64 = 40;
 
@@ -102,15 +105,21 @@ struct Sizes {
     amplitudes: usize,
 }
 
-/// Force, inertia, force along a motion and memory's rate, of the state, the acceleration, the
-/// memory, the amplitudes and the shape.
-fn evaluate<T: Number>(law: &dyn ForceLawIn<T>, sizes: Sizes, t: f64, x: &[T]) -> Vec<T> {
+/// Force, inertia, force along a motion and memory's rate, of the state, an input, the acceleration,
+/// the memory, the amplitudes and the shape.
+fn evaluate<T: Number>(
+    law: &dyn ForceLawIn<T>,
+    (channels, sizes): (&[Channel], Sizes),
+    t: f64,
+    x: &[T],
+) -> Vec<T> {
     let (state, rest) = x.split_at(STATES);
+    let (inputs, rest) = rest.split_at(1);
     let (acceleration, rest) = rest.split_at(1);
     let (memory, rest) = rest.split_at(sizes.memory);
     let (amplitudes, shape) = rest.split_at(sizes.amplitudes);
     let acceleration = acceleration[0];
-    let at = At { memory, acceleration, ..At::new(t, state, &CHANNELS) };
+    let at = At { memory, inputs, acceleration, ..At::new(t, state, channels) };
     let none = T::constant(0.0);
     let (mut basis, mut rate) = (vec![none; sizes.amplitudes], vec![none; sizes.memory]);
     law.along(shape, &at, &mut basis);
@@ -125,7 +134,7 @@ fn compare_force(effect: &'static Effect, law: &'static dyn AnyForceLaw, draw: &
     let physical = draw.physical(effect);
     let internal = law.internal(&physical);
     let sizes = Sizes { memory: law.memory(), amplitudes: law.amplitudes() };
-    let mut x: Vec<f64> = (0..STATES + 1 + sizes.memory).map(|_| draw.between(-1.4, 1.4)).collect();
+    let mut x: Vec<f64> = (0..STATES + 2 + sizes.memory).map(|_| draw.between(-1.4, 1.4)).collect();
     let first = x.len();
     x.extend(&internal);
     // Neither a choice nor the time of an event is a quantity that the law varies smoothly with.
@@ -135,8 +144,9 @@ fn compare_force(effect: &'static Effect, law: &'static dyn AnyForceLaw, draw: &
     let entries: Vec<usize> =
         (0..x.len()).filter(|&k| k < first || !(event(k - first) || choice(k - first))).collect();
     let t = draw.between(0.0, 3.0);
-    let plain = |x: &[f64]| evaluate(law.plain(), sizes, t, x);
-    let dual = |x: &[Dual]| evaluate(law.dual(), sizes, t, x);
+    let seen = (channels(effect), sizes);
+    let plain = |x: &[f64]| evaluate(law.plain(), seen, t, x);
+    let dual = |x: &[Dual]| evaluate(law.dual(), seen, t, x);
     compare(effect.class, &x, &entries, &plain, &dual)
 }
 
@@ -146,7 +156,7 @@ fn forces_and_memory_rates_carry_their_derivatives() {
         let Law::Force(law) = effect.law else { continue };
         let mut draw = Draw(7);
         let compared: usize = (0..POINTS).map(|_| compare_force(effect, law, &mut draw)).sum();
-        let all = STATES + 1 + law.memory() + law.amplitudes();
+        let all = STATES + 2 + law.memory() + law.amplitudes();
         assert!(compared > 30 * all, "{}: only {compared} were compared", effect.class);
     }
 }

@@ -33,14 +33,13 @@ fn parameters(effect: &'static lacuna_effects::Effect) -> Vec<Vec<f64>> {
 fn forces_and_memories_stay_finite() {
     let values = [0.0, 1e-300, -1e-12, 1.0, -1e6, 1e6];
     for effect in CATALOGUE {
-        let Law::Force(law) = effect.law else { continue };
-        let law = Force(law);
+        let Some(law) = Force::of(effect) else { continue };
         for physical in parameters(effect) {
             let internal = law.internal(&physical);
             let (amplitudes, shape) = internal.split_at(law.amplitudes());
             for q in values {
                 for v in values {
-                    let at = Local { t: q, q, v, other_q: v, other_v: q, acceleration: q };
+                    let at = Local { t: q, q, v, other_q: v, other_v: q, acceleration: q, u: v };
                     let mut memory = vec![0.0; law.memory()];
                     law.memory_at_rest(&at, &mut memory);
                     let mut basis = vec![f64::NAN; law.amplitudes()];

@@ -17,7 +17,7 @@ const POINTS: [Local; 7] = [
 ];
 
 const fn point(t: f64, q: f64, v: f64, other_q: f64, other_v: f64) -> Local {
-    Local { t, q, v, other_q, other_v, acceleration: q - 0.3 * v + 0.1 }
+    Local { t, q, v, other_q, other_v, acceleration: q - 0.3 * v + 0.1, u: v - 0.6 * q - 0.2 }
 }
 
 fn law(class: &str) -> Force {
@@ -58,6 +58,9 @@ fn friction_laws_obey_their_formulas() {
         let left = if p.t < 1.2 { 1.0 } else { (-(p.t - 1.2) / 2.0).exp() };
         -(0.4 + 1.1 * left) * (p.v / 0.05).tanh()
     });
+    obeys("load_friction", &[1.5, 0.4, 0.05], |p| -(1.5 + 0.4 * p.u.abs()) * (p.v / 0.05).tanh());
+    obeys("input_damping", &[0.6], |p| -0.6 * p.u.abs() * p.v);
+    obeys("input_damping", &[-0.6], |p| 0.6 * p.u.abs() * p.v);
     let (coulomb, fixed, stribeck, smoothing) = (1.2, 1.9, 0.3, 0.01);
     obeys("stribeck_friction", &[coulomb, fixed, stribeck, smoothing], |p| {
         let peak = (fixed - coulomb) * (-(p.v * p.v) / (stribeck * stribeck)).exp();
@@ -161,6 +164,7 @@ fn couplings_name_another_channel_and_springs_count_once() {
     let mutual = ["coupling_stiffness", "coupling_friction", "transmission_backlash"];
     assert_eq!(of(Effect::is_mutual), mutual);
     assert_eq!(of(Effect::couples), [&mutual[..], &["coriolis_coupling", "spill"]].concat());
+    assert_eq!(of(Effect::names_input), ["load_friction", "input_damping"]);
 }
 
 #[test]
@@ -187,10 +191,7 @@ fn some_physical(class: &str) -> Vec<f64> {
 }
 
 fn force_laws() -> impl Iterator<Item = (&'static str, Force)> {
-    CATALOGUE.iter().filter_map(|e| match e.law {
-        Law::Force(law) => Some((e.class, Force(law))),
-        _ => None,
-    })
+    CATALOGUE.iter().filter_map(|e| Some((e.class, Force::of(e)?)))
 }
 
 #[test]
@@ -242,6 +243,7 @@ fn friction_and_loss_laws_dissipate() {
         "stribeck_friction",
         "asymmetric_friction",
         "time_friction",
+        "load_friction",
         "quadratic_drag",
         "position_damping",
         "linear_loss",
@@ -257,7 +259,8 @@ fn friction_and_loss_laws_dissipate() {
             for k in -300..=300 {
                 let v = 0.01 * f64::from(k);
                 // The velocity of a first-order state is the state.
-                let power = force(class, &physical, &Local { q: v, v, ..Local::default() }) * v;
+                let power =
+                    force(class, &physical, &Local { q: v, v, u: v - 0.4, ..Local::default() }) * v;
                 assert!(power <= 0.0, "{class} {physical:?} at v = {v}: power {power}");
                 if pattern + 1 == 1 << amplitudes && k != 0 {
                     assert!(power < 0.0, "{class} does nothing at v = {v}");
@@ -271,8 +274,7 @@ fn friction_and_loss_laws_dissipate() {
 #[test]
 fn laws_depend_on_what_they_declare_and_on_nothing_else() {
     for effect in CATALOGUE {
-        let Law::Force(law) = effect.law else { continue };
-        let law = Force(law);
+        let Some(law) = Force::of(effect) else { continue };
         let internal = law.internal(&some_physical(effect.class));
         let shape = &internal[law.amplitudes()..];
         let memory = vec![0.35; law.memory()];
@@ -290,6 +292,7 @@ fn laws_depend_on_what_they_declare_and_on_nothing_else() {
             Variable::OtherCoordinate,
             Variable::OtherVelocity,
             Variable::Time,
+            Variable::OtherInput,
         ] {
             let moves = POINTS.iter().any(|at| {
                 [-2.7, -0.9, 0.8, 2.1].iter().any(|by| {
@@ -300,6 +303,7 @@ fn laws_depend_on_what_they_declare_and_on_nothing_else() {
                         Variable::Acceleration => moved.acceleration += by,
                         Variable::OtherCoordinate => moved.other_q += by,
                         Variable::OtherVelocity => moved.other_v += by,
+                        Variable::OtherInput => moved.u += by,
                         Variable::Time | Variable::Input => moved.t += by,
                     }
                     evaluate(at) != evaluate(&moved)

@@ -102,7 +102,8 @@ fn the_slope_has_no_jump() {
 
 #[test]
 fn the_curve_is_over_the_variable_that_it_names() {
-    let at = Local { t: 0.3, q: -0.7, v: 0.9, other_q: 5.0, other_v: 5.0, acceleration: 5.0 };
+    let (t, q, v) = (0.3, -0.7, 0.9);
+    let at = Local { t, q, v, other_q: 5.0, other_v: 5.0, acceleration: 5.0, u: 5.0 };
     for (code, (x, variable)) in
         [(at.q, Variable::Coordinate), (at.v, Variable::Velocity), (at.t, Variable::Time)]
             .into_iter()

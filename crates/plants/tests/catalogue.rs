@@ -53,6 +53,9 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
         "coulomb = 0.2\nstatic_ratio = 1.5\nstribeck_velocity = 0.1\ntravel = 0.02",
         &["q1"],
     ),
+    ("load_friction", "other = \"tau\"\nmagnitude = 0.2\nshare = 0.3", &["q1", "q2"]),
+    ("input_damping", "other = \"pump\"\ncoefficient = 0.5", &["q1", "q2"]),
+    ("maxwell_slip", "coulomb = 0.2\ntravel = 0.02", &["q1"]),
     ("quadratic_drag", "coefficient = 0.5", &["q1"]),
     ("position_damping", "coefficient = 5", &["q1", "q2"]),
     ("constant_force", "force = 0.3", &["q2", "h1"]),
@@ -113,6 +116,7 @@ const NEUTRAL: &[(&str, &str, &str)] = &[
     ("step_change", "q1", "force = 1\ntime = 1e6"),
     ("backlash", "q1", "stiffness = 2\ngap = 1e6"),
     ("added_inertia", "q1", "inertia = 0"),
+    ("load_friction", "q1", "other = \"tau\"\nmagnitude = 0\nshare = 0"),
     ("transmission_backlash", "q1", "other = \"q2\"\nstiffness = 2\ngap = 0"),
     ("spill", "h1", "other = \"h2\"\nrate = 5\nposition = 1e6\nshare = 0.7"),
 ];
@@ -225,4 +229,20 @@ fn every_effect_is_written_as_it_was_read() {
         assert_eq!((one.channel, one.other), (other.channel, other.other), "{class}");
         assert_eq!(one.parameters, other.parameters, "{class}: {text}");
     }
+}
+
+/// A law may name the inputs that drive its channel, and those that drive nothing.
+#[test]
+fn inputs_about_a_channel_drive_it_or_nothing() {
+    let spare = "[[input]]\nname = \"current\"\nunit = \"A\"\n[[coordinate]]";
+    let model = read(&MODEL.replacen("[[coordinate]]", spare, 1));
+    let about = |name: &str| -> Vec<&str> {
+        let channel = (0..model.channels()).find(|&c| model.channel_name(c) == name);
+        let inputs = model.inputs_about(channel.expect("a channel")).into_iter();
+        inputs.map(|j| model.inputs[j].name.as_str()).collect()
+    };
+    assert_eq!(about("q1"), ["tau", "current"]);
+    assert_eq!(about("q2"), ["tau", "current"]);
+    assert_eq!(about("h1"), ["pump", "current"]);
+    assert_eq!(about("h2"), ["current"]);
 }

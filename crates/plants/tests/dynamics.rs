@@ -137,7 +137,7 @@ fn without_a_mass_matrix_effects_are_accelerations() {
     assert_eq!(model.force_unit(0), "rad/s^2");
     assert_eq!(model.force_unit(2), "degC/s");
     let friction = lacuna_effects::find("viscous_friction").expect("in the catalogue");
-    assert_eq!(model.effect_units(friction, 1), ["1/s"]);
+    assert_eq!(model.effect_units(friction, 1, None), ["1/s"]);
     let rates_of = |model: &Model| {
         let system = System::new(model);
         let (mut rates, state) = ([0.0; 5], [0.1, 0.2, 0.5, -0.4, 1.0]);

@@ -37,7 +37,7 @@ fn read(text: &str) -> Model {
 }
 
 fn units(model: &Model, class: &str, channel: usize) -> Vec<String> {
-    model.effect_units(find(class).expect("in the catalogue"), channel)
+    model.effect_units(find(class).expect("in the catalogue"), channel, None)
 }
 
 /// A first-order state is its own velocity: a smoothing velocity is in the state's unit. What acts
@@ -197,7 +197,7 @@ fn written_models_read_back() {
         let model = read(&text);
         for class in ["coulomb_friction", "cubic_stiffness", "periodic_disturbance", "cogging"] {
             let effect = find(class).expect("in the catalogue");
-            let values = model.effect_units(effect, 0).into_iter().enumerate();
+            let values = model.effect_units(effect, 0, None).into_iter().enumerate();
             let parameters: Vec<_> =
                 values.map(|(k, unit)| (0.3 + k as f64, Some(0.1), unit)).collect();
             let new = NewEffect {

@@ -286,6 +286,10 @@ fn mistakes_in_effects_are_told() {
     assert!(e.contains("other"), "{e}");
     let e = with("class = \"coupling_stiffness\"\nchannel = \"q1\"\nother = \"q1\"\nstiffness = 1");
     assert!(e.starts_with("model.toml:29:9: ") && e.contains("'q1' is named twice"), "{e}");
+    let e = with("class = \"load_friction\"\nchannel = \"q1\"\nmagnitude = 1\nshare = 1");
+    assert!(e.contains("depends on an input, one of tau"), "{e}");
+    let e = with("class = \"input_damping\"\nchannel = \"q1\"\nother = \"q2\"\ncoefficient = 1");
+    assert!(e.starts_with("model.toml:29:9: ") && e.contains("'q2' is none of tau"), "{e}");
     let e = with("class = \"linear_stiffness\"\nchannel = \"q1\"\nother = \"q2\"\nstiffness = 1");
     assert!(e.starts_with("model.toml:29:9: ") && e.contains("one channel alone"), "{e}");
     let e = with("class = \"linear_stiffness\"\nchannel = \"q1\"\nstifness = 1");

@@ -1,9 +1,11 @@
 //! What is done to the samples of a channel before anything is learned from them: angles that were
-//! recorded within one turn are made continuous, outliers are left out. Whoever reads recordings,
+//! recorded within one turn are made continuous, samples of a sensor at its limit and outliers are left
+//! out. Whoever reads recordings,
 //! with a model or without, conditions them in this one way and says so in these words.
 
-use crate::noise::NoiseEstimate;
+use crate::noise::{NoiseEstimate, estimate_noise_pooled};
 use crate::outliers::find_outliers;
+use crate::saturation::find_saturated;
 use crate::signal::SignalError;
 use crate::unwrap::unwrap_turns;
 use lacuna_units::Unit;
@@ -17,6 +19,9 @@ pub struct Cleaned {
     pub outliers: Vec<usize>,
     /// Samples before which the angle leapt by whole turns ([`unwrap_turns`]), in order.
     pub leaps: Vec<usize>,
+    /// Samples on which the sensor was at the end of its range ([`find_saturated`]), in order: they
+    /// are treated as not measured.
+    pub saturated: Vec<usize>,
 }
 
 impl Cleaned {
@@ -26,13 +31,23 @@ impl Cleaned {
         let within = |rows: &[usize]| {
             rows.iter().filter(|row| range.contains(row)).map(|row| row - range.start).collect()
         };
-        Self { outliers: within(&self.outliers), leaps: within(&self.leaps) }
+        Self {
+            outliers: within(&self.outliers),
+            leaps: within(&self.leaps),
+            saturated: within(&self.saturated),
+        }
+    }
+
+    /// Whether a sample was left out.
+    #[must_use]
+    pub fn is_left_out(&self, row: usize) -> bool {
+        [&self.outliers, &self.saturated].iter().any(|rows| rows.binary_search(&row).is_ok())
     }
 }
 
 /// Conditions one channel over several recordings, each `(time, values)`: makes it continuous
-/// where its unit is one of angles, and its outliers NaN. Returns what was done to each, and the
-/// noise of what is left. An empty unit is none.
+/// where its unit is one of angles, and NaN where its sensor is at its limit and where it has
+/// outliers. Returns what was done to each, and the noise of what is left. An empty unit is none.
 ///
 /// # Errors
 /// As [`find_outliers`].
@@ -45,30 +60,43 @@ pub fn condition(
         turn.map_or_else(Vec::new, |turn| unwrap_turns(time, values, turn))
     };
     let leaps: Vec<_> = recordings.iter_mut().map(&mut unwrapped).collect();
-    let series: Vec<_> = recordings.iter().map(|(time, values)| (*time, &**values)).collect();
-    let found = find_outliers(&series)?;
-    for ((_, values), rows) in recordings.iter_mut().zip(&found.rows) {
-        rows.iter().for_each(|&row| values[row] = f64::NAN);
-    }
-    let each = found.rows.into_iter().zip(leaps);
-    Ok((each.map(|(outliers, leaps)| Cleaned { outliers, leaps }).collect(), found.noise))
+    let saturated =
+        find_saturated(&series(recordings), &estimate_noise_pooled(&series(recordings))?);
+    leave_out(recordings, &saturated);
+    let found = find_outliers(&series(recordings))?;
+    leave_out(recordings, &found.rows);
+    let each = found.rows.into_iter().zip(leaps).zip(saturated);
+    let cleaned = |((outliers, leaps), saturated)| Cleaned { outliers, leaps, saturated };
+    Ok((each.map(cleaned).collect(), found.noise))
 }
 
-/// What conditioning did, in words: the number of outliers of each channel that has any, and the
-/// channels that leapt by turns.
+fn series<'s>(recordings: &'s [(&[f64], &mut [f64])]) -> Vec<(&'s [f64], &'s [f64])> {
+    recordings.iter().map(|(time, values)| (*time, &**values)).collect()
+}
+
+fn leave_out(recordings: &mut [(&[f64], &mut [f64])], rows: &[Vec<usize>]) {
+    for ((_, values), rows) in recordings.iter_mut().zip(rows) {
+        rows.iter().for_each(|&row| values[row] = f64::NAN);
+    }
+}
+
+/// What conditioning did, in words: the number of outliers, and of samples at its sensor's limit,
+/// of each channel that has any, and the channels that leapt by turns.
 #[must_use]
 pub fn conditioning_notes<'a>(
     outliers: &BTreeMap<String, usize>,
+    saturated: &BTreeMap<String, usize>,
     leapt: impl IntoIterator<Item = &'a String>,
 ) -> Vec<String> {
     let mut notes = vec![];
-    if !outliers.is_empty() {
+    let why = [
+        (outliers, "Left out as outliers, which neither noise nor motion explains"),
+        (saturated, "At the end of the sensor's range, and treated as not measured"),
+    ];
+    for (counts, why) in why.into_iter().filter(|(counts, _)| !counts.is_empty()) {
         let each: Vec<_> =
-            outliers.iter().map(|(q, n)| format!("{} of {q}", in_samples(*n))).collect();
-        notes.push(format!(
-            "Left out as outliers, which neither noise nor motion explains: {}.",
-            each.join(", ")
-        ));
+            counts.iter().map(|(q, n)| format!("{} of {q}", in_samples(*n))).collect();
+        notes.push(format!("{why}: {}.", each.join(", ")));
     }
     let names: Vec<_> = leapt.into_iter().map(String::as_str).collect();
     if !names.is_empty() {
@@ -109,9 +137,11 @@ mod tests {
     #[test]
     fn what_was_done_is_said() {
         let outliers = BTreeMap::from([("q".to_owned(), 1), ("x".to_owned(), 2)]);
-        let said = conditioning_notes(&outliers, &["q".to_owned()]);
+        let saturated = BTreeMap::from([("v".to_owned(), 7)]);
+        let said = conditioning_notes(&outliers, &saturated, &["q".to_owned()]);
         assert!(said[0].ends_with(": 1 sample of q, 2 samples of x."), "{said:?}");
-        assert!(said[1].ends_with("made continuous: q."), "{said:?}");
-        assert!(conditioning_notes(&BTreeMap::new(), []).is_empty());
+        assert!(said[1].ends_with("treated as not measured: 7 samples of v."), "{said:?}");
+        assert!(said[2].ends_with("made continuous: q."), "{said:?}");
+        assert!(conditioning_notes(&BTreeMap::new(), &BTreeMap::new(), []).is_empty());
     }
 }

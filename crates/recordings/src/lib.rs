@@ -14,7 +14,8 @@
 //! | input u(t) between samples | [`resample_input`] | as in the file |
 //! | noise sigma | [`estimate_noise`], from sixth differences | as in the file |
 //! | rows k that neither noise nor motion explains | [`find_outliers`] | |
-//! | angles made continuous, outliers left out | [`condition`] | |
+//! | rows k on which a sensor is at the end of its range | [`find_saturated`] | |
+//! | angles made continuous, outliers and samples of a sensor at its limit left out | [`condition`] | |
 //! | trajectory gamma, gamma', gamma'' | [`Smoother`], with standard deviations | ... per s, s^2 |
 //!
 //! Files are named by a [`RecordingSource`] (`run.csv#rows=100..40575`), read by
@@ -44,6 +45,7 @@ mod outliers;
 mod reader;
 mod recording;
 mod sampling;
+mod saturation;
 mod signal;
 mod smoother;
 mod source;
@@ -58,6 +60,7 @@ pub use outliers::{Outliers, find_outliers};
 pub use reader::{READERS, Reader, read};
 pub use recording::{Column, Recording};
 pub use sampling::{Gap, Sampling};
+pub use saturation::find_saturated;
 pub use signal::SignalError;
 pub use smoother::{MeanPath, Prior, Samples, SharedSmoother, Smoothed, Smoother, Trajectory};
 pub use source::{RecordingSource, Selection, SourceError};

@@ -137,7 +137,7 @@ fn steps<'a>(recordings: &'a [(&[f64], &[f64])]) -> impl Iterator<Item = f64> + 
 /// The smallest step that is one. Between values with continuous noise it is next to nothing;
 /// between rounded ones it is a quantum, also where there are too few of them, or too long a rest,
 /// for [`NoiseEstimate::quantum`] to be seen. Zero without any.
-fn resolution(recordings: &[(&[f64], &[f64])]) -> f64 {
+pub(crate) fn resolution(recordings: &[(&[f64], &[f64])]) -> f64 {
     let values = recordings.iter().flat_map(|r| r.1);
     let largest = values.fold(0.0, |m: f64, v| m.max(v.abs()));
     let smallest = steps(recordings).filter(|size| *size > 1e-9 * largest).reduce(f64::min);

@@ -5,6 +5,7 @@ use lacuna_discrepancy::diagnosis::{
     Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, FormulaFit, ProofOutcome,
     Verdict,
 };
+use lacuna_effects::Effect;
 
 /// Rivals below this probability are left out of the summary.
 pub(crate) const LIKELY: f64 = 0.02;
@@ -160,10 +161,13 @@ pub(crate) fn shift(c: &Calibration) -> String {
     if share.is_finite() { format!(" ({share:+.1} %)") } else { String::new() }
 }
 
-/// What an effect is, in words: `dry (Coulomb) friction on q`.
+/// What an effect is, in words: `dry (Coulomb) friction on q`, `dry friction that grows with the load
+/// on q by tau`.
 #[must_use]
 pub fn name(finding: &Finding) -> String {
-    let other = finding.other.as_ref().map_or_else(String::new, |o| format!(" and {o}"));
+    let by_input = lacuna_effects::find(&finding.class).is_some_and(Effect::names_input);
+    let joined = if by_input { "by" } else { "and" };
+    let other = finding.other.as_ref().map_or_else(String::new, |o| format!(" {joined} {o}"));
     format!("{} on {}{other}", class_words(&finding.class), finding.channel)
 }
 

@@ -72,6 +72,8 @@ impl Law {
                 "asymmetric_friction",
                 "hysteresis",
                 "lugre_friction",
+                "load_friction",
+                "maxwell_slip",
                 "dahl_friction",
                 "presliding_friction",
             ],

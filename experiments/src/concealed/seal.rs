@@ -15,7 +15,7 @@ pub fn catalogued(draft: &Draft, e: &ModelEffect) -> SealedEffect {
     let model = &draft.nominal;
     let class = e.effect.class;
     let channel = model.effect_channel_name(e.effect, e.channel).to_owned();
-    let other = e.other.map(|o| model.channel_name(o).to_owned());
+    let other = e.other.map(|o| model.effect_other_name(e.effect, o).to_owned());
     let depends_on = match e.effect.law {
         CatalogueLaw::Force(_) => {
             e.effect.depends_on.iter().map(|v| variable(model, e, *v)).collect()
@@ -62,6 +62,7 @@ fn variable(model: &Model, e: &ModelEffect, v: Variable) -> String {
         Variable::Acceleration => format!("acceleration of {}", model.channel_name(e.channel)),
         Variable::OtherCoordinate => model.state_name(model.coordinate_index(other)).to_owned(),
         Variable::OtherVelocity => model.state_name(model.velocity_index(other)).to_owned(),
+        Variable::OtherInput => model.effect_other_name(e.effect, other).to_owned(),
         // Laws on inputs name their input themselves.
         Variable::Time | Variable::Input => model.time_column.clone(),
     }

@@ -135,6 +135,9 @@ impl Ladder<'_> {
         let name = |v: &Variable| match v {
             Variable::Time => model.time_column.clone(),
             Variable::Input => model.inputs[e.channel].name.clone(),
+            Variable::OtherInput => {
+                e.other.map_or_else(String::new, |j| model.inputs[j].name.clone())
+            }
             Variable::Acceleration => format!("acceleration of {}", model.channel_name(e.channel)),
             _ => state(v).unwrap_or_default(),
         };
@@ -155,7 +158,9 @@ impl Ladder<'_> {
             Variable::Velocity => Some(model.velocity_index(e.channel)),
             Variable::OtherCoordinate => Some(model.coordinate_index(other)),
             Variable::OtherVelocity => Some(model.velocity_index(other)),
-            Variable::Acceleration | Variable::Time | Variable::Input => None,
+            Variable::Acceleration | Variable::Time | Variable::Input | Variable::OtherInput => {
+                None
+            }
         }
     }
 
@@ -175,7 +180,7 @@ impl Ladder<'_> {
         }
         let internal = law.internal(&e.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
-        let places = self.problem.model.places(e.channel, e.other);
+        let places = self.problem.model.places(e.effect, e.channel, e.other);
         let mut samples: Vec<(f64, &[f64])> = Vec::new();
         for s in motion {
             let basis = s.basis(law, shape, &places);

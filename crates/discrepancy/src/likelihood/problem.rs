@@ -112,10 +112,14 @@ impl<'a> Problem<'a> {
             (Law::Sensor(_), _) | (_, Acts::Sensors) => self.sensor_scales(channel),
             (Law::Force(_), _) => {
                 let mut scales = self.channels[channel];
-                if let Some(o) = other {
-                    let s = &self.channels[o];
-                    scales.other = (s.half_range(), s.v, s.force);
-                    scales.apart = self.apart[channel.max(o)][channel.min(o)];
+                match other {
+                    Some(input) if effect.names_input() => scales.input = self.inputs[input].input,
+                    Some(o) => {
+                        let s = &self.channels[o];
+                        scales.other = (s.half_range(), s.v, s.force);
+                        scales.apart = self.apart[channel.max(o)][channel.min(o)];
+                    }
+                    None => {}
                 }
                 scales
             }

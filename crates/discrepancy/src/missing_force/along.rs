@@ -169,13 +169,15 @@ impl<'p> Along<'p> {
     fn add_effect(&mut self, model: &Model, law: &dyn AnyForceLaw, effect: &ModelEffect) {
         let internal = law.internal(&effect.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
-        let channels = model.places(effect.channel, effect.other);
+        let channels = model.places(effect.effect, effect.channel, effect.other);
         let series = self.motion.basis(law, shape, &channels);
         let passed_on = law.plain().passed_on(shape);
         let sides = [(effect.channel, 1.0)].into_iter();
         let sides: Vec<(usize, f64)> =
             sides.chain(effect.other.filter(|_| law.reacts()).map(|o| (o, -passed_on))).collect();
-        let slopes = Slopes::of(self, law, &channels, amplitudes, shape);
+        // An input is no part of the state.
+        let moving = if effect.effect.names_input() { 1 } else { channels.len() };
+        let slopes = Slopes::of(self, law, (&channels, moving), (amplitudes, shape));
         for k in 0..self.motion.len() {
             let force: f64 = amplitudes.iter().zip(&series).map(|(a, b)| a * b[k]).sum();
             for &(c, sign) in &sides {
@@ -236,7 +238,8 @@ impl<'p> Along<'p> {
     }
 }
 
-/// Derivatives of an effect's force by the entries of the machine's state that it sees.
+/// Derivatives of an effect's force by the entries of the machine's state that it sees: those of
+/// the first `moving` of its channels.
 struct Slopes {
     states: Vec<usize>,
     /// Samples x states.
@@ -247,12 +250,11 @@ impl Slopes {
     fn of(
         along: &Along,
         law: &dyn AnyForceLaw,
-        channels: &[Channel],
-        amplitudes: &[f64],
-        shape: &[f64],
+        (channels, moving): (&[Channel], usize),
+        (amplitudes, shape): (&[f64], &[f64]),
     ) -> Self {
         let motion = along.motion;
-        let mut states: Vec<usize> = channels.iter().flat_map(|c| [c.q, c.v]).collect();
+        let mut states: Vec<usize> = channels[..moving].iter().flat_map(|c| [c.q, c.v]).collect();
         states.sort_unstable();
         states.dedup();
         if law.memory() > 0 || states.len() > LANES {

@@ -16,6 +16,10 @@ pub(super) trait Runner {
     /// A first guess of the state at a sample.
     fn guess(&self, at: usize) -> Vec<f64>;
 
+    /// Write into a guess of the state at the end of `range` what effects remember after a run over it
+    /// from the whole state `x0`; nothing where there is no memory.
+    fn remember(&self, _range: Range<usize>, _x0: &[f64], _guess: &mut [f64]) {}
+
     /// Outputs over `range` from the whole state `x0`; NaN from where the model diverges.
     fn run(&self, range: Range<usize>, x0: &[f64]) -> Series;
 
@@ -41,9 +45,9 @@ pub(super) trait Runner {
 const BELIEVED: f64 = 1e-3;
 
 /// The state (memory of effects included) at the beginning of `range` that fits its samples best
-/// (Levenberg-Marquardt on the state alone).
-pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>) -> Vec<f64> {
-    let mut x = runner.guess(range.start);
+/// (Levenberg-Marquardt on the state alone), from a guess.
+pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>, guess: Vec<f64>) -> Vec<f64> {
+    let mut x = guess;
     let mut here = runner.run(range.clone(), &x);
     let mut rest = residual(runner, &range, &here);
     let mut damping = BELIEVED;
@@ -118,17 +122,25 @@ fn weighted(
 pub(super) fn free_run(runner: &impl Runner, warmup: usize) -> Prediction {
     let samples = runner.observed().len();
     let warmup = warmup.clamp(2, samples);
-    let x0 = fit_state(runner, 0..warmup);
+    let x0 = fit_state(runner, 0..warmup, runner.guess(0));
     let counted = if warmup < samples { warmup..samples } else { 0..warmup };
     Prediction { outputs: runner.run(0..samples, &x0), counted }
 }
 
-/// Runs of `horizon` seconds, the state at the beginning of each fitted to that window.
+/// Runs of `horizon` seconds, the state at the beginning of each fitted to that window. Each begins with
+/// the memory that the one before it ended with: from rest, a fit of what several springs remember need
+/// not find the way.
 pub(super) fn windowed(runner: &impl Runner, horizon: f64) -> Prediction {
     let observed = runner.observed();
     let mut outputs = vec![Vec::with_capacity(observed.len()); runner.weights().len()];
+    let mut before: Option<(usize, Vec<f64>)> = None;
     for range in windows(&observed.times, horizon) {
-        let x0 = fit_state(runner, range.clone());
+        let mut guess = runner.guess(range.start);
+        if let Some((start, x0)) = &before {
+            runner.remember(*start..range.start + 1, x0, &mut guess);
+        }
+        let x0 = fit_state(runner, range.clone(), guess);
+        before = Some((range.start, x0.clone()));
         for (all, part) in outputs.iter_mut().zip(runner.run(range, &x0)) {
             all.extend(part);
         }

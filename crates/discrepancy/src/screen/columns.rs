@@ -79,7 +79,7 @@ impl Screen<'_> {
         let Candidate { effect, channel, other } = terms[0].candidate;
         match effect.law {
             Law::Force(law) => {
-                let places = self.problem.model.places(channel, other);
+                let places = self.problem.model.places(effect, channel, other);
                 let shapes = terms.iter().map(|t| &t.shape[..]);
                 along.motion.bases(law, shapes, &places, |shape, mut series| {
                     for series in &mut series {

@@ -108,7 +108,8 @@ impl<'p> Search<'p> {
 
     /// The curve and all laws that depend on nothing else, along the motion of a fit.
     fn columns(&self, fit: &Fit, curve: &ModelEffect) -> Option<Columns> {
-        let (motion, places) = (self.motion(fit), self.problem.model.places(curve.channel, None));
+        let places = self.problem.model.places(curve.effect, curve.channel, None);
+        let motion = self.motion(fit);
         let motion = samples(&motion, &places);
         let over_velocity = curve.over()? == Variable::Velocity;
         let mut rows: Vec<Vec<f64>> =

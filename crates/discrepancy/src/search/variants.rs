@@ -80,15 +80,23 @@ impl<'p> Search<'p> {
     }
 }
 
-/// An effect written with the laws of its family, as far as their parameters correspond.
+/// An effect written with the laws of its family, as far as their parameters correspond; with its
+/// own where that has several beginnings, or names another input.
 fn siblings(fitted: &ModelEffect, search: &Search) -> Vec<ModelEffect> {
     let own = super::candidate_of(fitted);
-    let scales = search.problem.scales_of(fitted);
-    let all = fitted.effect.siblings(&fitted.parameters, &scales).into_iter();
-    all.filter(|(effect, _)| search.candidates.contains(&Candidate { effect, ..own }))
-        .map(|(effect, parameters)| {
+    let here = search.candidates.iter().filter(|c| c.channel == own.channel);
+    let kin = here.filter(|c| c.effect.is_kin_of(own.effect));
+    let begun = |c: &Candidate| {
+        // The input that either of them names is what is known of the load.
+        let named = if c.other.is_some() { c } else { &own };
+        let scales = search.problem.scales(named.effect, named.channel, named.other);
+        let begun = own.effect.written_as(c.effect, &fitted.parameters, &scales);
+        let again = *c == own && begun.len() == 1;
+        let (effect, other) = (c.effect, c.other);
+        begun.into_iter().filter(move |_| !again).map(move |parameters| {
             let std = vec![None; parameters.len()];
-            ModelEffect { effect, parameters, std, ..fitted.clone() }
+            ModelEffect { effect, channel: own.channel, other, parameters, std }
         })
-        .collect()
+    };
+    kin.flat_map(begun).collect()
 }

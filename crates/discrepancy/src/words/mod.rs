@@ -24,7 +24,8 @@ pub(crate) fn says(e: &ModelEffect, new: &NewEffect, at_bound: &[bool], model: &
     if let Some(first) = what.get_mut(0..1) {
         first.make_ascii_uppercase();
     }
-    let other = new.other.as_ref().map_or_else(String::new, |o| format!(" and {o}"));
+    let joined = if e.effect.names_input() { "by" } else { "and" };
+    let other = new.other.as_ref().map_or_else(String::new, |o| format!(" {joined} {o}"));
     let model = &model.name;
     format!("{what} on {}{other} is missing from {model}: {}.", new.channel, numbers.join(", "))
 }

@@ -81,6 +81,36 @@ fn bristles_that_bend_before_they_slip() {
 }
 
 #[test]
+fn springs_that_slip_one_after_the_other() {
+    let truth = effect("maxwell_slip", "q", "coulomb = 0.08\ntravel = 0.12");
+    let d = conceal(ON_PENDULUM, 310, &truth);
+    names(&d, "maxwell_slip", "q", &[("coulomb", 0.08), ("travel", 0.12)]);
+}
+
+#[test]
+fn friction_that_grows_with_the_torque() {
+    let truth = effect(
+        "load_friction",
+        "q",
+        "other = \"tau\"\nmagnitude = 0.03\nshare = 0.3\nsmoothing_velocity = 0.05",
+    );
+    let d = conceal(ON_PENDULUM, 311, &truth);
+    names(&d, "load_friction", "q", &[("magnitude", 0.03), ("share", 0.3)]);
+    assert_eq!(d.findings[0].other.as_deref(), Some("tau"));
+    assert_eq!(d.findings[0].depends_on, ["dq", "tau"]);
+    assert_eq!(d.findings[0].parameters["share"].unit, "1");
+    assert!(d.findings[0].says.contains("on q by tau"), "{}", d.findings[0].says);
+}
+
+#[test]
+fn a_damper_that_its_current_sets() {
+    let truth = effect("input_damping", "q", "other = \"tau\"\ncoefficient = 0.1");
+    let d = conceal(ON_PENDULUM, 312, &truth);
+    names(&d, "input_damping", "q", &[("coefficient", 0.1)]);
+    assert_eq!(d.findings[0].parameters["coefficient"].unit, "s/rad");
+}
+
+#[test]
 fn an_upper_tank_that_spills_into_the_lower_one() {
     let truth = effect("spill", "h1", "other = \"h2\"\nrate = 0.3\nposition = 0.8\nshare = 0.6");
     let d = conceal(ON_TANKS, 308, &truth);

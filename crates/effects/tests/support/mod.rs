@@ -1,10 +1,10 @@
 //! Force laws at a place and time, in plain numbers.
 #![allow(dead_code)]
 
-use lacuna_effects::{AnyForceLaw, AnySeriesLaw, At, Channel, Law, find};
+use lacuna_effects::{AnyForceLaw, AnySeriesLaw, At, Channel, Effect, Law, find};
 use std::ops::Deref;
 
-/// A channel and one other, with the laws' memory apart.
+/// A channel, one other and an input, with the laws' memory apart.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Local {
     pub t: f64,
@@ -13,43 +13,58 @@ pub struct Local {
     pub other_q: f64,
     pub other_v: f64,
     pub acceleration: f64,
+    pub u: f64,
 }
 
 /// Where the state of a [`Local`] has its channels.
 pub const CHANNELS: [Channel; 2] = [Channel { q: 0, v: 1 }, Channel { q: 2, v: 3 }];
+/// The same for a law that names the input.
+const WITH_INPUT: [Channel; 2] = [CHANNELS[0], Channel::input(0)];
+
+/// What the law of an effect sees beside its channel.
+pub fn channels(effect: &Effect) -> &'static [Channel] {
+    if effect.names_input() { &WITH_INPUT } else { &CHANNELS }
+}
 
 impl Local {
     pub fn state(&self) -> [f64; 4] {
         [self.q, self.v, self.other_q, self.other_v]
     }
 
-    fn at<'a>(&self, state: &'a [f64], memory: &'a [f64]) -> At<'a> {
-        At { memory, acceleration: self.acceleration, ..At::new(self.t, state, &CHANNELS) }
+    fn at<'a>(&'a self, state: &'a [f64], memory: &'a [f64], channels: &'a [Channel]) -> At<'a> {
+        let inputs = std::slice::from_ref(&self.u);
+        At { memory, inputs, acceleration: self.acceleration, ..At::new(self.t, state, channels) }
     }
 }
 
-/// A force law of the catalogue.
+/// A force law of the catalogue, and the channels that it sees.
 #[derive(Clone, Copy)]
-pub struct Force(pub &'static dyn AnyForceLaw);
+pub struct Force {
+    law: &'static dyn AnyForceLaw,
+    channels: &'static [Channel],
+}
 
 impl Force {
     pub fn named(class: &str) -> Self {
-        match find(class).unwrap_or_else(|| panic!("{class} is in no catalogue")).law {
-            Law::Force(law) => Self(law),
-            _ => panic!("{class} is no force"),
-        }
+        let effect = find(class).unwrap_or_else(|| panic!("{class} is in no catalogue"));
+        Self::of(effect).unwrap_or_else(|| panic!("{class} is no force"))
+    }
+
+    pub fn of(effect: &Effect) -> Option<Self> {
+        let Law::Force(law) = effect.law else { return None };
+        Some(Self { law, channels: channels(effect) })
     }
 
     pub fn basis(&self, shape: &[f64], at: &Local, memory: &[f64], basis: &mut [f64]) {
-        self.0.plain().along(shape, &at.at(&at.state(), memory), basis);
+        self.law.plain().along(shape, &at.at(&at.state(), memory, self.channels), basis);
     }
 
     pub fn memory_rate(&self, shape: &[f64], at: &Local, memory: &[f64], rate: &mut [f64]) {
-        self.0.plain().memory_rate(shape, &at.at(&at.state(), memory), rate);
+        self.law.plain().memory_rate(shape, &at.at(&at.state(), memory, self.channels), rate);
     }
 
     pub fn memory_at_rest(&self, at: &Local, memory: &mut [f64]) {
-        self.0.memory_at_rest(&at.at(&at.state(), &[]), memory);
+        self.law.memory_at_rest(&at.at(&at.state(), &[], self.channels), memory);
     }
 }
 
@@ -57,7 +72,7 @@ impl Deref for Force {
     type Target = dyn AnyForceLaw;
 
     fn deref(&self) -> &Self::Target {
-        self.0
+        self.law
     }
 }
 

@@ -181,13 +181,24 @@ impl Report {
         for c in &self.channels {
             let (name, unit) = (&c.name, &c.conversion.unit);
             if let Some(quantum) = c.quantum {
-                out += &format!("  {name} is quantised in steps of {} {unit}.\n", number(quantum));
+                let ratio = number(quantum / c.noise_sd);
+                let quantum = number(quantum);
+                out += &format!(
+                    "  {name} is quantised in steps of {quantum} {unit}, {ratio} times its noise.\n"
+                );
             }
             if !c.leaps.is_empty() {
                 let leaps = Marks::text(&c.leaps);
                 out += &format!(
                     "  {name} is an angle recorded within one turn, and made continuous. Leaps: \
                      {leaps}.\n"
+                );
+            }
+            if !c.saturated.is_empty() {
+                let saturated = Marks::text(&c.saturated);
+                out += &format!(
+                    "  {name}: the sensor is at the end of its range; these samples are treated as not \
+                     measured: {saturated}.\n"
                 );
             }
             if !c.outliers.is_empty() {

@@ -136,7 +136,7 @@ struct Report<'a> {
     settings: &'a Settings,
     training_recordings: Vec<String>,
     held_out_recordings: Vec<String>,
-    /// Samples left out as outliers, and how often angles leapt by whole turns.
+    /// Samples left out as outliers or at a sensor's limit, and how often angles leapt by whole turns.
     #[serde(flatten)]
     conditioning: &'a Conditioning,
     #[serde(flatten)]

@@ -40,7 +40,7 @@ impl<T: Number> Force<T> {
             law,
             channel: e.channel,
             other: e.other,
-            places: model.places(e.channel, e.other),
+            places: model.places(e.effect, e.channel, e.other),
             amplitudes: internal,
             shape,
             inertial: e.effect.depends_on.contains(&Variable::Acceleration),

@@ -123,7 +123,7 @@ pub struct ModelEffect {
     /// Index of the channel it acts on: a force channel, an input or a state of the machine,
     /// whichever [`Law`] it has.
     pub channel: usize,
-    /// The other force channel of a coupling.
+    /// The other force channel of a coupling, or the input that a force law depends on.
     pub other: Option<usize>,
     /// Physical values of the parameters, in the catalogue's order ([`Effect::values`]).
     pub parameters: Vec<f64>,
@@ -222,10 +222,11 @@ impl Model {
         Channel { q: self.coordinate_index(channel), v: self.velocity_index(channel) }
     }
 
-    /// The places of a channel and of the other one that an effect names.
+    /// The places of the channel of a force effect and of the other one, or the input, that it names.
     #[must_use]
-    pub fn places(&self, channel: usize, other: Option<usize>) -> Vec<Channel> {
-        std::iter::once(channel).chain(other).map(|c| self.place(c)).collect()
+    pub fn places(&self, effect: &Effect, channel: usize, other: Option<usize>) -> Vec<Channel> {
+        let of_other = |o| if effect.names_input() { Channel::input(o) } else { self.place(o) };
+        std::iter::once(self.place(channel)).chain(other.map(of_other)).collect()
     }
 
     /// Name of an entry of the machine's state.
@@ -261,7 +262,8 @@ impl Model {
             Variable::Acceleration
             | Variable::OtherCoordinate
             | Variable::OtherVelocity
-            | Variable::Input => None,
+            | Variable::Input
+            | Variable::OtherInput => None,
         }
     }
 
@@ -288,6 +290,12 @@ impl Model {
         let driven = (0..self.inputs.len()).map(|j| 1.0 + 0.618 * (j + 1) as f64).collect();
         let inputs = [vec![0.0; self.inputs.len()], driven];
         inputs.iter().all(|u| system.mass_determinant(&rest, u) == 0.0)
+    }
+
+    /// Name of the other channel, or of the input, that a force effect names.
+    #[must_use]
+    pub fn effect_other_name(&self, effect: &Effect, other: usize) -> &str {
+        if effect.names_input() { &self.inputs[other].name } else { self.channel_name(other) }
     }
 
     /// Nominal parameter values.

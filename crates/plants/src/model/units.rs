@@ -86,6 +86,23 @@ impl Model {
         said
     }
 
+    /// The inputs that a law on a force channel may name: those that drive it in this model, and
+    /// those that drive nothing, which were given for something that the model leaves out.
+    #[must_use]
+    pub fn inputs_about(&self, channel: usize) -> Vec<usize> {
+        let places = [Place::new(self, 0), Place::new(self, 1)];
+        let masses = self.coordinates.len() * self.coordinates.len();
+        let drives = |j: usize| {
+            let moved = places.each_ref().map(|place| place.coefficients(self, At::Input(j)));
+            move |rate: usize| moved.iter().any(|by| by[rate] != 0.0)
+        };
+        let about = |j: &usize| {
+            let drives = drives(*j);
+            drives(masses + channel) || !(masses..masses + self.channels()).any(drives)
+        };
+        (0..self.inputs.len()).filter(about).collect()
+    }
+
     /// Inputs and parameters; what is written of an input is nearest to what is read of a force.
     fn sources(&self) -> impl Iterator<Item = Source<'_>> {
         let inputs = self.inputs.iter().enumerate().map(|(j, input)| Source {
@@ -101,11 +118,16 @@ impl Model {
         inputs.chain(parameters)
     }
 
-    /// Units of the physical values of an effect on a channel or input of this model; a curve is
-    /// taken as over the coordinate.
+    /// Units of the physical values of an effect on a channel or input of this model, given the other
+    /// one that it names; a curve is taken as over the coordinate.
     #[must_use]
-    pub fn effect_units(&self, effect: &Effect, channel: usize) -> Vec<String> {
-        self.effect_units_over(effect, channel, Variable::Coordinate)
+    pub fn effect_units(
+        &self,
+        effect: &Effect,
+        channel: usize,
+        other: Option<usize>,
+    ) -> Vec<String> {
+        self.effect_units_over(effect, (channel, other), Variable::Coordinate)
     }
 
     /// The same, of a curve over this variable.
@@ -113,13 +135,15 @@ impl Model {
     pub fn effect_units_over(
         &self,
         effect: &Effect,
-        channel: usize,
+        (channel, other): (usize, Option<usize>),
         over: Variable,
     ) -> Vec<String> {
         let (force, coordinate, input) = match effect.law {
             Law::Force(_) => {
                 let index = self.coordinate_index(channel);
-                (self.force_unit(channel), self.state_unit(index), String::new())
+                let named = other.filter(|_| effect.names_input());
+                let input = named.map_or_else(String::new, |j| self.inputs[j].unit.clone());
+                (self.force_unit(channel), self.state_unit(index), input)
             }
             Law::Input(_) => (String::new(), String::new(), self.inputs[channel].unit.clone()),
             Law::Sensor(_) => (String::new(), self.state_unit(channel), String::new()),
@@ -181,6 +205,13 @@ impl Place {
     /// Which entries of the mass matrix and of the forces change by as much, up to rounding, as
     /// this parameter or input does.
     fn ones(&self, model: &Model, at: At) -> Vec<bool> {
+        let rounding = f64::EPSILON.sqrt();
+        let is_one = |coefficient: f64| (coefficient.abs() - 1.0).abs() < rounding;
+        self.coefficients(model, at).into_iter().map(is_one).collect()
+    }
+
+    /// By how much every rate changes with this parameter or input.
+    fn coefficients(&self, model: &Model, at: At) -> Vec<f64> {
         let (mut parameters, mut variables) = (self.parameters.clone(), self.variables.clone());
         let moved = match at {
             At::Parameter(k) => &mut parameters[k],
@@ -189,9 +220,7 @@ impl Place {
         let step = 0.25 * *moved;
         *moved += step;
         let there = Self { parameters, variables, rates: self.rates.clone() }.evaluated(model);
-        let rounding = f64::EPSILON.sqrt();
-        let change = there.iter().zip(&self.rates).map(|(there, here)| (there - here) / step);
-        change.map(|coefficient| (coefficient.abs() - 1.0).abs() < rounding).collect()
+        there.iter().zip(&self.rates).map(|(there, here)| (there - here) / step).collect()
     }
 }
 

@@ -20,7 +20,7 @@ pub struct NewEffect {
     pub effect: &'static Effect,
     /// Name of the channel it acts on.
     pub channel: String,
-    /// Name of the other channel of a coupling.
+    /// Name of the other channel of a coupling, or of the input that the effect depends on.
     pub other: Option<String>,
     /// Physical values in the catalogue's order ([`Effect::values`]): value, standard deviation,
     /// unit.
@@ -32,12 +32,12 @@ impl NewEffect {
     #[must_use]
     pub fn of(model: &Model, e: &ModelEffect) -> Self {
         let over = e.over().unwrap_or(Variable::Coordinate);
-        let units = model.effect_units_over(e.effect, e.channel, over);
+        let units = model.effect_units_over(e.effect, (e.channel, e.other), over);
         let values = e.parameters.iter().zip(&e.std).zip(units);
         Self {
             effect: e.effect,
             channel: model.effect_channel_name(e.effect, e.channel).to_owned(),
-            other: e.other.map(|o| model.channel_name(o).to_owned()),
+            other: e.other.map(|o| model.effect_other_name(e.effect, o).to_owned()),
             parameters: values.map(|((value, std), unit)| (*value, *std, unit)).collect(),
         }
     }

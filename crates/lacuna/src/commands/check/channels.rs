@@ -120,6 +120,8 @@ pub struct Channel {
     pub outliers: Vec<Marks>,
     /// Leaps by a turn of an angle that was recorded within one, and made continuous.
     pub leaps: Vec<Marks>,
+    /// Samples on which the sensor was at the end of its range, treated as not measured.
+    pub saturated: Vec<Marks>,
     pub recordings: Vec<Stretch>,
 }
 
@@ -209,6 +211,7 @@ pub fn channels(
             quantum: noise.quantum,
             outliers: Marks::of(data, |r| &r.cleaned[k].outliers),
             leaps: Marks::of(data, |r| &r.cleaned[k].leaps),
+            saturated: Marks::of(data, |r| &r.cleaned[k].saturated),
             recordings: stretches,
         })
     };

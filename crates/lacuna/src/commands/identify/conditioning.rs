@@ -1,4 +1,5 @@
-//! Angles made continuous and outliers left out, as every command does it
+//! Angles made continuous, outliers and samples of sensors at their limits left out, as every command
+//! does it
 //! ([`lacuna::recordings::condition`]).
 
 use super::ColumnUnit;
@@ -22,6 +23,8 @@ pub struct Conditioning {
     outliers: BTreeMap<String, usize>,
     /// How often angles leapt by whole turns.
     leaps: BTreeMap<String, usize>,
+    /// Samples on which a sensor was at the end of its range.
+    saturated: BTreeMap<String, usize>,
     /// Columns without a unit that leap as an angle in this unit would.
     #[serde(skip)]
     unsaid: BTreeMap<String, &'static str>,
@@ -70,8 +73,10 @@ impl Conditioning {
             condition(&mut series, unit).map_err(|e| format!("{first}: column '{name}': {e}"))?;
         let outliers = cleaned.iter().map(|c| c.outliers.len());
         let leaps = cleaned.iter().map(|c| c.leaps.len());
+        let saturated = cleaned.iter().map(|c| c.saturated.len());
         add(&mut self.outliers, name, outliers.sum());
         add(&mut self.leaps, name, leaps.sum());
+        add(&mut self.saturated, name, saturated.sum());
         let values = series.iter().flat_map(|(_, values)| values.iter());
         let largest = values.filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
         Ok(noise.sd.max(ROUNDING * largest).max(f64::MIN_POSITIVE))
@@ -79,7 +84,7 @@ impl Conditioning {
 
     /// What was done, in words.
     pub fn notes(&self) -> Vec<String> {
-        let mut notes = conditioning_notes(&self.outliers, self.leaps.keys());
+        let mut notes = conditioning_notes(&self.outliers, &self.saturated, self.leaps.keys());
         for (name, unit) in &self.unsaid {
             notes.push(format!(
                 "column '{name}' leaps as an angle in {unit} does that is recorded within one turn; with \

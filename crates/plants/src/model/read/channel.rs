@@ -10,6 +10,23 @@ pub(super) fn force_channel(model: &Model, name: &str) -> Result<usize, String> 
     found.ok_or_else(|| format!("unknown channel '{name}'; there are {}", names.join(", ")))
 }
 
+/// Index of the input that a force effect depends on.
+pub(super) fn named_input(model: &Model, effect: &Effect, name: &str) -> Result<usize, String> {
+    input(model, name).ok_or_else(|| {
+        let names = inputs(model);
+        format!("{} depends on an input; 'other' = '{name}' is none of {names}", effect.class)
+    })
+}
+
+fn input(model: &Model, name: &str) -> Option<usize> {
+    model.inputs.iter().position(|i| i.name == name)
+}
+
+/// The names of all inputs.
+pub(super) fn inputs(model: &Model) -> String {
+    model.inputs.iter().map(|i| i.name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
 /// That an effect does not act on a channel.
 fn acts_on(effect: &Effect, name: &str) -> String {
     let kind = match effect.acts {
@@ -31,9 +48,8 @@ pub(super) fn effect_channel(model: &Model, effect: &Effect, name: &str) -> Resu
             };
             if fits { Ok(channel) } else { Err(acts_on(effect, name)) }
         }
-        Law::Input(_) => model.inputs.iter().position(|i| i.name == name).ok_or_else(|| {
-            let names: Vec<_> = model.inputs.iter().map(|i| i.name.as_str()).collect();
-            format!("{} acts on an input; '{name}' is none of {}", effect.class, names.join(", "))
+        Law::Input(_) => input(model, name).ok_or_else(|| {
+            format!("{} acts on an input; '{name}' is none of {}", effect.class, inputs(model))
         }),
         Law::Sensor(_) => {
             let states = 0..model.machine_states();

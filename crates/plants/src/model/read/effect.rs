@@ -1,7 +1,7 @@
 //! From an `[[effect]]` of a model file to a [`ModelEffect`].
 
 use super::Reader;
-use super::channel::{effect_channel, force_channel};
+use super::channel::{effect_channel, force_channel, inputs, named_input};
 use super::value::{Given, RawValue};
 use crate::expression::nearest;
 use crate::model::{Model, ModelEffect, ModelError};
@@ -67,7 +67,7 @@ impl RawEffect {
         let mut std = Vec::new();
         self.check_names(effect)?;
         let over = self.over(model, effect, channel)?;
-        let mut units = model.effect_units_over(effect, channel, over).into_iter();
+        let mut units = model.effect_units_over(effect, (channel, other), over).into_iter();
         for p in effect.parameters {
             // The values of one parameter have one unit.
             let unit = units.by_ref().take(p.kind.values()).last().unwrap_or_default();
@@ -98,7 +98,7 @@ impl RawEffect {
         self.text(key)?.ok_or_else(missing)
     }
 
-    /// The other channel of a coupling.
+    /// The other channel of a coupling, or the input that the effect depends on.
     fn other(
         &self,
         model: &Model,
@@ -106,13 +106,21 @@ impl RawEffect {
         channel: usize,
     ) -> Result<Option<usize>, Mistake> {
         let class = effect.class;
-        let couples = effect.couples();
         let Some((name, place)) = self.text("other")? else {
-            let missing = format!("{class} couples two channels: say other = \"...\"");
-            return if couples { Err(Mistake::whole(missing)) } else { Ok(None) };
+            let missing = if effect.names_input() {
+                format!("{class} depends on an input, one of {}", inputs(model))
+            } else if effect.couples() {
+                format!("{class} couples two channels")
+            } else {
+                return Ok(None);
+            };
+            return Err(Mistake::whole(format!("{missing}: say other = \"...\"")));
         };
         let at = Mistake::at(place);
-        if !couples {
+        if effect.names_input() {
+            return named_input(model, effect, name).map(Some).map_err(at);
+        }
+        if !effect.couples() {
             return Err(at(format!("{class} acts on one channel alone and has no 'other'")));
         }
         let other = force_channel(model, name).map_err(&at)?;
