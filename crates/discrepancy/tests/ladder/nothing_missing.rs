@@ -74,3 +74,21 @@ fn but_a_spring_softer_than_the_model_says() {
 fn but_a_valve_wider_than_the_model_says() {
     finds_the_parameter(ON_TANKS, 132, "a1", 1.12);
 }
+
+/// What a sensor at the end of its range shows is not measured: no end stop, no friction.
+#[test]
+fn a_sensor_at_the_end_of_its_range() {
+    let bench = ON_PENDULUM;
+    let mut recordings = bench.record(&bench.model(), 331, 3);
+    let largest = |r: &lacuna_recordings::Recording| {
+        r.columns[1].values.iter().fold(f64::NEG_INFINITY, |a, v| a.max(*v))
+    };
+    let limit = 0.7 * recordings.iter().map(largest).fold(f64::INFINITY, f64::min);
+    for value in recordings.iter_mut().flat_map(|r| &mut r.columns[1].values) {
+        *value = value.min(limit);
+    }
+    let d = diagnosed(&bench.model(), &recordings).diagnosis;
+    assert_eq!(d.verdict, Verdict::NoMismatch, "{:?}", d.findings);
+    let said = d.notes.iter().any(|n| n.contains("At the end of the sensor's range"));
+    assert!(said, "{:?}", d.notes);
+}
