@@ -29,5 +29,5 @@ mod words;
 
 pub use page::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page, page};
 pub use pictures::{FigureFile, files};
-pub use proof::Proof;
+pub use proof::{Imposed, Proof};
 pub use summary::summary;

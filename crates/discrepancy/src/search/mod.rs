@@ -113,7 +113,13 @@ impl<'p> Search<'p> {
         let model = problem.model;
         let measured = |state: &usize| problem.dataset.output_of_state(*state).is_some();
         let states = (0..model.channels()).map(|c| model.coordinate_index(c));
-        let candidates = candidates(model, &states.filter(measured).collect::<Vec<_>>());
+        let mut candidates = candidates(model, &states.filter(measured).collect::<Vec<_>>());
+        // A force on an imposed coordinate moves nothing: it must be measured.
+        let shown = |c: usize| !model.is_imposed(c) || problem.outputs_of_force(c).next().is_some();
+        candidates.retain(|c| match c.effect.law {
+            Law::Force(law) => shown(c.channel) || (law.reacts() && c.other.is_some_and(shown)),
+            Law::Input(_) | Law::Sensor(_) => true,
+        });
         Self { problem, decision, candidates, level: first_level(problem.dataset), watch }
     }
 

@@ -10,6 +10,6 @@ mod program;
 mod token;
 
 pub use graph::{Binary, Graph, Node, NodeId, Unary};
-pub(crate) use parse::nearest;
 pub use parse::{ExpressionError, Problem, parse};
+pub(crate) use parse::{FORCE_ON, nearest};
 pub use program::{Bound, Program};

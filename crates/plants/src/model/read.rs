@@ -12,7 +12,7 @@ use super::{
 };
 use crate::Hold;
 use crate::dynamics::{Equations, Nodes, Sizes};
-use crate::expression::{Graph, NodeId, parse};
+use crate::expression::{FORCE_ON, Graph, NodeId, parse};
 use effect::RawEffect;
 use indexmap::IndexMap;
 use serde::Deserialize;
@@ -72,6 +72,14 @@ struct RawCoordinate {
     #[serde(default)]
     unit: String,
     force_unit: Option<Spanned<String>>,
+    #[serde(default)]
+    imposed: Option<Spanned<bool>>,
+}
+
+impl RawCoordinate {
+    fn is_imposed(&self) -> bool {
+        self.imposed.as_ref().is_some_and(|imposed| *imposed.get_ref())
+    }
 }
 
 #[derive(Deserialize)]
@@ -168,9 +176,12 @@ struct Reader<'a> {
 }
 
 /// The declared names and the slots of their variables.
+#[derive(Clone)]
 struct Names {
     list: Vec<String>,
     sizes: Sizes,
+    /// The imposed coordinates.
+    imposed: Vec<usize>,
 }
 
 impl Names {
@@ -178,7 +189,16 @@ impl Names {
         self.list.iter().position(|n| n == name).map(|slot| graph.variable(slot))
     }
 
-    /// The entry of the machine's state, or the input, of that name.
+    /// The same with the forces that impose motion, which only measurements know of.
+    fn with_forces(&self) -> Self {
+        let mut all = self.clone();
+        let coordinates = &self.list[self.sizes.parameters..];
+        let forces = self.imposed.iter().map(|&c| format!("{FORCE_ON}{}", coordinates[c]));
+        all.list.extend(forces);
+        all
+    }
+
+    /// The entry of the machine's state, the input, or the force of that name.
     fn measured(&self, name: &str) -> Option<Measured> {
         let slot = self.list.iter().position(|n| n == name)?;
         let (variable, states) =
@@ -186,7 +206,11 @@ impl Names {
         match variable {
             i if i < states => Some(Measured::State(i)),
             j if j < states + self.sizes.inputs => Some(Measured::Input(j - states)),
-            _ => None,
+            // After time.
+            k => {
+                let force = k.checked_sub(self.sizes.variables())?;
+                self.imposed.get(force).copied().map(Measured::Force)
+            }
         }
     }
 }
@@ -213,11 +237,13 @@ impl Reader<'_> {
         let names = self.names(&raw)?;
         let parameters = self.parameters(&raw)?;
         let mut nodes = self.equations(&raw, &names)?;
+        let seen = names.with_forces();
         let measurements = raw
             .measurement
             .iter()
-            .map(|m| self.measurement(m, &mut nodes, &names))
-            .collect::<Result<_, _>>()?;
+            .map(|m| self.measurement(m, &mut nodes, &seen))
+            .collect::<Result<Vec<_>, _>>()?;
+        self.check_imposed(&raw, &names, &measurements)?;
         let quantity = |name: &Spanned<String>, unit: &String| Quantity {
             name: name.get_ref().clone(),
             unit: unit.clone(),
@@ -278,7 +304,8 @@ impl Reader<'_> {
             states: raw.state.len(),
             inputs: raw.input.len(),
         };
-        Ok(Names { list, sizes })
+        let imposed = raw.coordinate.iter().enumerate().filter(|(_, c)| c.is_imposed());
+        Ok(Names { list, sizes, imposed: imposed.map(|(i, _)| i).collect() })
     }
 
     fn unknown_parameter(&self, raw: &File, name: &str, model: &Model) -> ModelError {
@@ -403,6 +430,41 @@ impl Reader<'_> {
         Ok(Measurement { column, unit, of, text: text.clone() })
     }
 
+    /// The motion of an imposed coordinate is that of its recorded position, and what the model
+    /// says of it must be measured.
+    fn check_imposed(
+        &self,
+        raw: &File,
+        names: &Names,
+        measurements: &[Measurement],
+    ) -> Result<(), ModelError> {
+        let n = names.sizes.coordinates;
+        let measured = |of: Measured| measurements.iter().position(|m| m.of == of);
+        for &c in &names.imposed {
+            let rate = measured(Measured::State(c + n));
+            if let (Some(rate), None) = (rate, measured(Measured::State(c))) {
+                let message = format!(
+                    "'{}' is the velocity of an imposed coordinate, whose motion is taken from its \
+                     position: a measurement of '{}' is expected",
+                    names.list[names.sizes.parameters + n + c],
+                    names.list[names.sizes.parameters + c]
+                );
+                return Err(self.error(raw.measurement[rate].of.span(), message));
+            }
+        }
+        let said = |m: &Measurement| matches!(m.of, Measured::Force(_) | Measured::Output(_));
+        let nothing_free = names.imposed.len() == n && names.sizes.states == 0;
+        let flag = raw.coordinate.iter().find_map(|c| c.imposed.as_ref());
+        match flag.filter(|_| nothing_free && !measurements.iter().any(said)) {
+            Some(flag) => {
+                let message = "all motion is imposed, and nothing is measured that the model says: \
+                     a [[measurement]] with of = \"force on ...\" is expected";
+                Err(self.error(flag.span(), message.to_owned()))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// What the model states of the unit of a force must be what its parameters and inputs say.
     fn check_force_units(&self, model: &Model, raw: &[RawCoordinate]) -> Result<(), ModelError> {
         for (channel, coordinate) in raw.iter().enumerate() {
@@ -443,5 +505,6 @@ fn coordinate(raw: &RawCoordinate) -> Coordinate {
         velocity: raw.velocity.get_ref().clone(),
         unit: raw.unit.clone(),
         force_unit: raw.force_unit.as_ref().map(|unit| unit.get_ref().clone()),
+        imposed: raw.is_imposed(),
     }
 }
