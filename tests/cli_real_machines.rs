@@ -61,6 +61,27 @@ fn a_drive_has_dry_friction() {
     assert!(free < 6e-3, "{free} m");
 }
 
+/// The rig imposes the motion, and the force is what is measured: dry friction whose force builds up
+/// over a very short travel.
+#[test]
+fn a_damper_has_dry_friction_and_hysteresis() {
+    let (Some(train), Some(test)) = (
+        published("mr_damper_labcontrol/mr_ensaio5_2.csv"),
+        published("mr_damper_labcontrol/mr_ensaio8_2.csv"),
+    ) else {
+        return;
+    };
+    let moving = format!("{}#t=3..30", train.display());
+    let d = diagnosed("damper", &moving, &test.display().to_string());
+    assert_eq!(d["verdict"], "missing_physics");
+    let classes = found(&d);
+    assert!(classes.contains(&"hysteresis"), "{classes:?}");
+    let fit = &d["fit"]["held_out"]["F_N"];
+    let (before, after) = (fit["free_run_before"].as_f64(), fit["free_run_after"].as_f64());
+    // The measured force varies by 203 N: R^2 is above 0.99.
+    assert!(after < Some(20.3) && before > Some(80.0), "{fit}");
+}
+
 /// Two things are left out: the upper tank, which nothing measures, spills, and the lower one is full
 /// at 10 V. Free levels take both up in short windows; only longer ones, which the model no longer
 /// follows, show them.

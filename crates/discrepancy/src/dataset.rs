@@ -1,6 +1,6 @@
 //! Conditioning: recordings brought into the model's channels and units, with dropped rows
-//! marked, angles unwrapped, outliers and sensors at their limits left out and the noise of every
-//! output estimated.
+//! marked, angles unwrapped, outliers and sensors at their limits left out, the noise of every
+//! output estimated, and imposed motion smoothed.
 
 pub(crate) mod clean;
 
@@ -10,8 +10,8 @@ use lacuna_plants::model::Measured;
 use lacuna_plants::{Hold, Model};
 pub use lacuna_recordings::Cleaned;
 use lacuna_recordings::{
-    Gap, InputHold, NoiseEstimate, Recording, RecordingSource, Sampling, Unit, condition, convert,
-    resample_input,
+    Gap, InputHold, NoiseEstimate, Prior, Recording, RecordingSource, Sampling, Smoother,
+    Trajectory as Path, Unit, condition, convert, resample_input,
 };
 
 /// A measured output of the machine.
@@ -32,7 +32,8 @@ pub struct Observed {
     pub name: String,
     /// Times, dropped rows filled in (s).
     pub times: Vec<f64>,
-    /// Commanded inputs, row-major `times.len() x m`.
+    /// Commanded inputs and imposed motion, row-major `times.len() x m`
+    /// ([`lacuna_plants::Model::input_width`]).
     pub commands: Vec<f64>,
     /// Series of each output; NaN where nothing was measured, or an outlier, or the sensor's limit.
     pub outputs: Vec<Vec<f64>>,
@@ -55,7 +56,7 @@ impl Observed {
         self.times.is_empty()
     }
 
-    /// The commands to one actuator.
+    /// One column of the commands: those to one actuator, or of imposed motion.
     #[must_use]
     pub fn command(&self, input: usize) -> Vec<f64> {
         let m = self.commands.len() / self.len().max(1);
@@ -120,20 +121,21 @@ impl Dataset {
             .filter(|c| !matches!(c.of, Measured::Input(_)))
             .map(|c| Output { name: c.name.clone(), unit: c.unit.clone(), of: c.of })
             .collect();
-        if outputs.is_empty() {
+        check_imposed(model, &outputs, first)?;
+        if outputs.iter().all(|o| is_imposed(model, o)) {
+            let free = (0..model.machine_states()).filter(|&i| !model.is_imposed_state(i));
+            let free = free.map(|i| model.state_name(i).to_owned());
             return Err(DiagnoseError::NothingMeasured {
                 recording: first.name.clone(),
                 columns: first.columns.iter().map(|c| c.name.clone()).collect(),
-                channels: (0..model.machine_states())
-                    .map(|i| model.state_name(i).to_owned())
-                    .collect(),
+                channels: free.chain(model.imposed().map(|c| model.force_name(c))).collect(),
             });
         }
         let hold = match model.hold {
             Hold::ZeroOrder => InputHold::ZeroOrder,
             Hold::Linear | Hold::BandLimited => InputHold::Linear,
         };
-        Self::of(&columns, outputs, hold, recordings)
+        Self::of(&columns, outputs, hold, recordings)?.with_imposed_motion(model)
     }
 
     /// Bring recordings into the channels of an identified model of this order: its coordinates,
@@ -170,6 +172,40 @@ impl Dataset {
             .map(|k| conditioned(&mut observed, k, &outputs[k]))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self { outputs, recordings: observed, noise })
+    }
+
+    /// The recorded motion of imposed coordinates, smoothed, in the rows of the commands: it is an
+    /// input, and no output that could be predicted.
+    fn with_imposed_motion(mut self, model: &Model) -> Result<Self, DiagnoseError> {
+        if model.imposed().next().is_none() {
+            return Ok(self);
+        }
+        let paths = |observed: &Observed| -> Result<Vec<Path>, DiagnoseError> {
+            let of = |c: usize| smoothed(&self, observed, c, Some(c + model.coordinates.len()));
+            Ok(model
+                .imposed()
+                .map(of)
+                .collect::<Result<Vec<_>, _>>()?
+                .into_iter()
+                .flatten()
+                .collect())
+        };
+        let all = self.recordings.iter().map(paths).collect::<Result<Vec<_>, _>>()?;
+        let m = model.inputs.len();
+        let free: Vec<bool> = self.outputs.iter().map(|o| !is_imposed(model, o)).collect();
+        for (observed, paths) in self.recordings.iter_mut().zip(all) {
+            let mut rows = Vec::with_capacity(observed.len() * model.input_width());
+            for k in 0..observed.len() {
+                rows.extend_from_slice(&observed.commands[k * m..(k + 1) * m]);
+                rows.extend(paths.iter().flat_map(|p| [p.value[k], p.first[k], p.second[k]]));
+            }
+            observed.commands = rows;
+            retain(&mut observed.outputs, &free);
+            retain(&mut observed.cleaned, &free);
+        }
+        retain(&mut self.outputs, &free);
+        retain(&mut self.noise, &free);
+        Ok(self)
     }
 
     /// The same outputs and noise with other recordings.
@@ -252,6 +288,57 @@ impl Dataset {
     }
 }
 
+/// Whether an output is the motion of an imposed coordinate.
+fn is_imposed(model: &Model, output: &Output) -> bool {
+    matches!(output.of, Measured::State(i) if model.is_imposed_state(i))
+}
+
+/// The position of every imposed coordinate must be recorded.
+fn check_imposed(
+    model: &Model,
+    outputs: &[Output],
+    recording: &Recording,
+) -> Result<(), DiagnoseError> {
+    let recorded = |c: &usize| outputs.iter().any(|o| o.of == Measured::State(*c));
+    match model.imposed().find(|c| !recorded(c)) {
+        Some(c) => Err(DiagnoseError::NotImposed {
+            recording: recording.name.clone(),
+            columns: recording.columns.iter().map(|c| c.name.clone()).collect(),
+            channel: model.channel_name(c).to_owned(),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Keep the entries that are marked.
+fn retain<T>(list: &mut Vec<T>, marked: &[bool]) {
+    let mut marks = marked.iter();
+    list.retain(|_| marks.next().copied().unwrap_or(true));
+}
+
+/// The smoothed path of an entry of the machine's state, with its rate where that is another entry
+/// that is measured too; none where nothing measures it.
+pub(crate) fn smoothed(
+    dataset: &Dataset,
+    observed: &Observed,
+    state: usize,
+    rate: Option<usize>,
+) -> Result<Option<Path>, DiagnoseError> {
+    let Some(output) = dataset.output_of_state(state) else { return Ok(None) };
+    let mut smoother = Smoother::new(Prior::WhiteJerk);
+    if let Some(rate) = rate.and_then(|rate| dataset.output_of_state(rate)) {
+        smoother = smoother.with_derivative(&observed.outputs[rate], dataset.noise_sd(rate));
+    }
+    let path = smoother
+        .smooth(&observed.times, &observed.outputs[output], dataset.noise_sd(output))
+        .map_err(|source| DiagnoseError::Signal {
+            recording: observed.name.clone(),
+            channel: dataset.outputs[output].name.clone(),
+            source,
+        })?;
+    Ok(Some(path.at(&observed.times)))
+}
+
 /// A column that is used, and what for.
 struct Used {
     column: String,
@@ -274,6 +361,7 @@ fn columns(model: &Model, recording: &Recording) -> Result<Vec<Used>, DiagnoseEr
                 Measured::State(i) if is_shared(m.of) => (m.column.clone(), model.state_unit(i)),
                 Measured::State(i) => (model.state_name(i).to_owned(), model.state_unit(i)),
                 Measured::Input(j) => (model.inputs[j].name.clone(), model.inputs[j].unit.clone()),
+                Measured::Force(c) => (m.column.clone(), unit_of_force(model, c, &m.unit)),
                 Measured::Output(_) => (m.column.clone(), m.unit.clone()),
             };
             Used { column: m.column.clone(), name, of: m.of, unit, column_unit: m.unit.clone() }
@@ -300,6 +388,12 @@ fn columns(model: &Model, recording: &Recording) -> Result<Vec<Used>, DiagnoseEr
         }
     }
     Ok(used)
+}
+
+/// Unit of the force on a coordinate; that of the column where the model's units do not say it.
+fn unit_of_force(model: &Model, coordinate: usize, column: &str) -> String {
+    let unit = model.force_unit(coordinate);
+    if Unit::parse(&unit).is_ok() { unit } else { column.to_owned() }
 }
 
 /// Columns of the coordinates, of their rates where the recording has them, and of the inputs.

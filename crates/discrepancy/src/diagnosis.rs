@@ -192,7 +192,7 @@ pub struct FormulaFit {
 /// An experiment that would tell rivals apart: a sine on one input, and what it would show.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Experiment {
-    /// Input to drive.
+    /// Input or imposed coordinate to drive.
     pub drive: String,
     /// Amplitude of the sine.
     pub amplitude: f64,

@@ -50,6 +50,21 @@ pub enum DiagnoseError {
         /// What the model has to be measured.
         channels: Vec<String>,
     },
+    /// An imposed coordinate whose position no column measures.
+    #[error(
+        "{recording}: the motion of '{channel}' is imposed, and no column measures its position; \
+         the columns are {}; name one of them '{channel}', or add a [[measurement]] of it to the \
+         model",
+        columns.join(", ")
+    )]
+    NotImposed {
+        /// The recording.
+        recording: String,
+        /// Its columns.
+        columns: Vec<String>,
+        /// The imposed coordinate.
+        channel: String,
+    },
     /// A recording is too short.
     #[error("{recording}: {found} samples are too few, at least {needed} are needed")]
     TooShort {

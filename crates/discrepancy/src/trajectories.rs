@@ -1,17 +1,16 @@
 //! The smoothed trajectories that force laws are evaluated along.
 
 use crate::DiagnoseError;
-use crate::dataset::{Dataset, Observed};
+use crate::dataset::{Dataset, Observed, smoothed};
 use lacuna_effects::{AnyForceLaw, At, Channel};
 use lacuna_plants::{Model, Plant, System};
-use lacuna_recordings::{Prior, Smoother};
 
 /// One recording's smoothed states.
 #[derive(Clone, Debug)]
 pub struct SmoothedRecording {
     /// Times (s).
     pub times: Vec<f64>,
-    /// Inputs, row-major: as commanded, or along a fit as its actuators apply them.
+    /// Inputs and imposed motion, row-major: as commanded, or along a fit as its actuators apply them.
     pub inputs: Vec<f64>,
     /// Machine states, row-major `times.len() x machine_states`.
     pub states: Vec<f64>,
@@ -23,12 +22,12 @@ pub struct SmoothedRecording {
     width: usize,
 }
 
-/// Machine states that no output measures directly.
+/// Machine states that no output measures directly and nothing imposes.
 #[must_use]
 pub fn unmeasured(model: &Model, dataset: &Dataset) -> Vec<usize> {
     (0..model.channels())
         .map(|c| model.coordinate_index(c))
-        .filter(|&i| dataset.output_of_state(i).is_none())
+        .filter(|&i| dataset.output_of_state(i).is_none() && !model.is_imposed_state(i))
         .collect()
 }
 
@@ -53,23 +52,13 @@ impl SmoothedRecording {
             width,
         };
         for channel in 0..model.channels() {
-            let state = model.coordinate_index(channel);
-            let Some(output) = dataset.output_of_state(state) else { continue };
-            let values = &observed.outputs[output];
-            let mut smoother = Smoother::new(Prior::WhiteJerk);
-            let rate = dataset.output_of_state(state + n).filter(|_| model.is_coordinate(channel));
-            if let Some(rate) = rate {
-                smoother =
-                    smoother.with_derivative(&observed.outputs[rate], dataset.noise_sd(rate));
+            if let Some(motion) = model.motion_index(channel) {
+                this.follow(channel, motion);
+                continue;
             }
-            let smoothed = smoother
-                .smooth(&observed.times, values, dataset.noise_sd(output))
-                .map_err(|source| DiagnoseError::Signal {
-                    recording: observed.name.clone(),
-                    channel: dataset.outputs[output].name.clone(),
-                    source,
-                })?;
-            let path = smoothed.at(&observed.times);
+            let state = model.coordinate_index(channel);
+            let rate = model.is_coordinate(channel).then_some(state + n);
+            let Some(path) = smoothed(dataset, observed, state, rate)? else { continue };
             for k in 0..samples {
                 this.states[k * width + state] = path.value[k];
                 if model.is_coordinate(channel) {
@@ -81,6 +70,17 @@ impl SmoothedRecording {
             }
         }
         Ok(this)
+    }
+
+    /// Take the motion of an imposed coordinate from the inputs, where it begins at `motion`.
+    fn follow(&mut self, coordinate: usize, motion: usize) {
+        let (n, m) = (self.coordinates, self.inputs.len() / self.len().max(1));
+        for k in 0..self.len() {
+            let row = &self.inputs[k * m + motion..];
+            self.states[k * self.width + coordinate] = row[0];
+            self.states[k * self.width + coordinate + n] = row[1];
+            self.accelerations[k * n + coordinate] = row[2];
+        }
     }
 
     /// Set an entry of the machine's state at sample `k`.

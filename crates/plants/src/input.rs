@@ -1,6 +1,6 @@
 //! Inputs as functions of time, and how sampled ones are held between samples.
 
-use lacuna_numbers::{Linear, Number};
+use lacuna_numbers::Linear;
 use serde::Deserialize;
 use std::ops::Range;
 
@@ -30,27 +30,104 @@ impl Hold {
         substeps: usize,
     ) -> InputPath<T> {
         let range = range.start..range.end.min(times.len());
+        let line = |between| {
+            let rows = values[range.start * m..range.end * m].to_vec();
+            InputPath { between, inputs: m, rows_a_sample: 1, rows }
+        };
         match self {
-            Self::ZeroOrder | Self::Linear => {
-                let rows = values[range.start * m..range.end * m].to_vec();
-                InputPath { hold: self, inputs: m, rows_a_sample: 1, rows }
-            }
+            Self::ZeroOrder => line(Between::Held),
+            Self::Linear => line(Between::Line),
             Self::BandLimited => {
-                let rows = between((times, values), range, m, 2 * substeps);
-                InputPath { hold: self, inputs: m, rows_a_sample: 2 * substeps, rows }
+                let parts = 2 * substeps;
+                let rows = between((times, values), range.clone(), m, parts);
+                InputPath { between: Between::Stages(parts), inputs: m, rows_a_sample: parts, rows }
             }
         }
     }
+
+    /// Sampled inputs and imposed motion along the same steps: rows hold `inputs.0` inputs, which
+    /// this says of, then the [`MOTION`] of each of `inputs.1` coordinates. Between two samples a
+    /// coordinate moves on the quintic that has the position, velocity and acceleration of both,
+    /// which is how the path runs that a smoother of white jerk finds.
+    #[must_use]
+    pub fn along_motion<T: Linear>(
+        self,
+        (times, values): (&[f64], &[T]),
+        range: Range<usize>,
+        (inputs, coordinates): (usize, usize),
+        substeps: usize,
+    ) -> InputPath<T> {
+        let width = inputs + MOTION * coordinates;
+        if coordinates == 0 {
+            return self.along((times, values), range, width, substeps);
+        }
+        let range = range.start..range.end.min(times.len());
+        let commands = values.chunks_exact(width).flat_map(|row| &row[..inputs]).copied();
+        let commands: Vec<T> = commands.collect();
+        let commands = self.along((times, &commands), range.clone(), inputs, substeps);
+        let parts = 2 * substeps;
+        let row = |k: usize| &values[k * width..(k + 1) * width];
+        let mut rows = Vec::with_capacity(range.len() * (parts + 1) * width);
+        let mut u = vec![T::ZERO; inputs];
+        for (at, k) in range.clone().enumerate().take(range.len().saturating_sub(1)) {
+            let (here, next, h) = (row(k), row(k + 1), times[k + 1] - times[k]);
+            let command = commands.step(at);
+            for part in 0..=parts {
+                command.at((part, parts), &mut u);
+                rows.extend_from_slice(&u);
+                let share = part as f64 / parts as f64;
+                let ends =
+                    here[inputs..].chunks_exact(MOTION).zip(next[inputs..].chunks_exact(MOTION));
+                rows.extend(ends.flat_map(|(a, b)| quintic((a, b), h, share)));
+            }
+        }
+        rows.extend(range.last().into_iter().flat_map(row).copied());
+        let between = Between::Stages(parts);
+        InputPath { between, inputs: width, rows_a_sample: parts + 1, rows }
+    }
+}
+
+/// Entries of a row of inputs that an imposed coordinate has: position, velocity, acceleration.
+pub const MOTION: usize = 3;
+
+/// Position, velocity and acceleration after a share of the way of `h` seconds between two of
+/// them, on the polynomial of degree five that has both.
+fn quintic<T: Linear>((a, b): (&[T], &[T]), h: f64, share: f64) -> [T; MOTION] {
+    let less = |x: T, y: T| x + y * -1.0;
+    let (q, v, w) = (a[0], a[1] * h, a[2] * (h * h));
+    // What is left at the other end of position, velocity and acceleration, in units of the way.
+    let d = less(b[0], q + v + w * 0.5);
+    let e = less(b[1] * h, v + w);
+    let f = less(b[2] * (h * h), w);
+    let third = d * 10.0 + e * -4.0 + f * 0.5;
+    let fourth = d * -15.0 + e * 7.0 + f * -1.0;
+    let fifth = d * 6.0 + e * -3.0 + f * 0.5;
+    let [s, s2, s3] = [1, 2, 3].map(|power| share.powi(power));
+    let position = q + v * s + w * (0.5 * s2) + (third + fourth * s + fifth * s2) * s3;
+    let velocity = v + w * s + (third * 3.0 + fourth * (4.0 * s) + fifth * (5.0 * s2)) * s2;
+    let acceleration = w + (third * 6.0 + fourth * (12.0 * s) + fifth * (20.0 * s2)) * s;
+    [position, velocity * (1.0 / h), acceleration * (1.0 / (h * h))]
 }
 
 /// A sampled input along the steps between some samples.
 #[derive(Clone, Debug)]
 pub struct InputPath<T> {
-    hold: Hold,
+    between: Between,
     inputs: usize,
     /// The sample itself and those between it and the next.
     rows_a_sample: usize,
     rows: Vec<T>,
+}
+
+/// What rows say of the way between two samples.
+#[derive(Clone, Copy, Debug)]
+enum Between {
+    /// The first is kept.
+    Held,
+    /// A straight line.
+    Line,
+    /// So many parts of it have a row each, and its end.
+    Stages(usize),
 }
 
 impl<T> InputPath<T> {
@@ -66,12 +143,12 @@ impl<T> InputPath<T> {
     #[inline(always)]
     #[must_use]
     pub fn step(&self, at: usize) -> StepInput<'_, T> {
-        let row = self.rows_a_sample * self.inputs;
-        match self.hold {
-            Hold::ZeroOrder => StepInput::Line(self.sample(at), self.sample(at)),
-            Hold::Linear => StepInput::Line(self.sample(at), self.sample(at + 1)),
-            Hold::BandLimited => {
-                StepInput::Stages(&self.rows[at * row..(at + 1) * row + self.inputs])
+        match self.between {
+            Between::Held => StepInput::Line(self.sample(at), self.sample(at)),
+            Between::Line => StepInput::Line(self.sample(at), self.sample(at + 1)),
+            Between::Stages(parts) => {
+                let from = at * self.rows_a_sample * self.inputs;
+                StepInput::Stages(&self.rows[from..from + (parts + 1) * self.inputs])
             }
         }
     }
@@ -79,8 +156,9 @@ impl<T> InputPath<T> {
     /// The same in another kind of number, given which input each is.
     #[must_use]
     pub fn map<U>(&self, into: impl Fn(usize, &T) -> U) -> InputPath<U> {
-        let rows = self.rows.iter().enumerate().map(|(i, u)| into(i % self.inputs, u)).collect();
-        InputPath { hold: self.hold, inputs: self.inputs, rows_a_sample: self.rows_a_sample, rows }
+        let Self { between, inputs, rows_a_sample, .. } = *self;
+        let rows = self.rows.iter().enumerate().map(|(i, u)| into(i % inputs, u)).collect();
+        InputPath { between, inputs, rows_a_sample, rows }
     }
 }
 
@@ -93,7 +171,7 @@ pub enum StepInput<'a, T> {
     Stages(&'a [T]),
 }
 
-impl<T: Number> StepInput<'_, T> {
+impl<T: Linear> StepInput<'_, T> {
     /// At the `part.0`-th of `part.1` parts of the step.
     #[inline(always)]
     pub(crate) fn at(self, part: (usize, usize), u: &mut [T]) {
@@ -101,7 +179,7 @@ impl<T: Number> StepInput<'_, T> {
             Self::Line(here, next) => {
                 let share = part.0 as f64 / part.1 as f64;
                 for (u, (a, b)) in u.iter_mut().zip(here.iter().zip(next)) {
-                    *u = *a + (*b - *a) * share;
+                    *u = *a + (*b + *a * -1.0) * share;
                 }
             }
             Self::Stages(rows) => {
@@ -321,6 +399,40 @@ mod tests {
             }
         }
         assert!(part.iter().zip(&stages[200..]).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
+
+    /// Beside a held command, which jumps at samples, a quintic motion is met exactly.
+    #[test]
+    fn imposed_motion_runs_on_between_samples() {
+        let motion = |t: f64| {
+            let p = |c: [f64; 6]| (0..6).map(|k| c[k] * t.powi(k as i32)).sum::<f64>();
+            let q = [0.3, -1.0, 2.0, 0.5, -0.7, 0.2];
+            let rate = |c: [f64; 6]| {
+                std::array::from_fn(|k| c.get(k + 1).map_or(0.0, |c| c * (k + 1) as f64))
+            };
+            [p(q), p(rate(q)), p(rate(rate(q)))]
+        };
+        let times = [0.0, 0.3, 0.5, 1.1];
+        let held = [5.0, -1.0, 2.0, 7.0];
+        let values: Vec<f64> = times
+            .iter()
+            .zip(held)
+            .flat_map(|(&t, u)| std::iter::once(u).chain(motion(t)))
+            .collect();
+        let path = Hold::ZeroOrder.along_motion((&times, &values), 1..9, (1, 1), 2);
+        for (at, pair) in times[1..].windows(2).enumerate() {
+            assert_eq!(path.sample(at), &values[4 * (at + 1)..4 * (at + 2)]);
+            for part in 0..=4 {
+                let mut u = [f64::NAN; 4];
+                path.step(at).at((part, 4), &mut u);
+                assert_eq!(u[0], held[at + 1]);
+                let t = pair[0] + (pair[1] - pair[0]) * part as f64 / 4.0;
+                for (found, expected) in u[1..].iter().zip(motion(t)) {
+                    assert!((found - expected).abs() < 1e-10, "{t}: {found} {expected}");
+                }
+            }
+        }
+        assert_eq!(path.sample(2), &values[12..]);
     }
 
     #[test]

@@ -30,5 +30,5 @@ pub use lacuna_discrepancy::number;
 
 pub use page::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page, page};
 pub use pictures::{FigureFile, files};
-pub use proof::Proof;
+pub use proof::{Imposed, Proof};
 pub use summary::summary;

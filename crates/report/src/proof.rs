@@ -18,4 +18,17 @@ pub struct Proof {
     pub before: Vec<f64>,
     /// What the augmented model says.
     pub after: Vec<f64>,
+    /// Of a force, the motion that was imposed: what it is drawn against.
+    pub imposed: Vec<Imposed>,
+}
+
+/// Motion that was imposed on the machine: a position or a velocity.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Imposed {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its values, as long as the series that it belongs to.
+    pub values: Vec<f64>,
 }

@@ -3,7 +3,8 @@
 use super::outcome::Ladder;
 use crate::diagnosis::Experiment;
 use crate::likelihood::Hypothesis;
-use lacuna_plants::model::{SeriesEffect, StepInput, System, effective_inputs};
+use lacuna_plants::input::MOTION;
+use lacuna_plants::model::{SeriesEffect, System, effective_inputs};
 use rayon::prelude::*;
 
 /// Frequencies that are tried, and amplitudes as shares of the largest command so far.
@@ -14,12 +15,19 @@ const SAMPLES: usize = 1500;
 /// An experiment must not drive an output beyond this share of its range so far.
 const REACH: f64 = 1.5;
 
-/// A sine on one input.
+/// A sine on one input or imposed coordinate.
 #[derive(Clone, Copy)]
 struct Sine {
-    input: usize,
+    drive: Driver,
     amplitude: f64,
     frequency: f64,
+}
+
+/// What an experimenter can move.
+#[derive(Clone, Copy)]
+enum Driver {
+    Input(usize),
+    Coordinate(usize),
 }
 
 impl Ladder<'_> {
@@ -37,10 +45,14 @@ impl Ladder<'_> {
         let best = tried.into_iter().max_by(|x, y| x.0.total_cmp(&y.0))?;
         let (difference, output, sine) = best;
         let model = self.problem.model;
+        let (drive, unit) = match sine.drive {
+            Driver::Input(j) => (model.inputs[j].name.clone(), model.inputs[j].unit.clone()),
+            Driver::Coordinate(c) => (model.state_name(c).to_owned(), model.state_unit(c)),
+        };
         (difference > 1.0).then(|| Experiment {
-            drive: model.inputs[sine.input].name.clone(),
+            drive,
             amplitude: sine.amplitude,
-            unit: model.inputs[sine.input].unit.clone(),
+            unit,
             frequency_hz: sine.frequency,
             watch: self.problem.dataset.outputs[output].name.clone(),
             difference_over_noise: difference,
@@ -51,18 +63,17 @@ impl Ladder<'_> {
     fn sines(&self) -> Vec<Sine> {
         let data = self.problem.dataset;
         let (slow, fast) = (2.0 / super::duration(data), 0.1 / self.problem.sample);
+        let (problem, model) = (self.problem, self.problem.model);
+        let actuators = (0..model.inputs.len()).filter(|&j| model.inputs[j].actuator);
+        let inputs = actuators.map(|j| (Driver::Input(j), problem.largest_command(j)));
+        let motion = model.imposed().map(|c| (Driver::Coordinate(c), problem.state_scale(c)));
         let mut out = Vec::new();
-        let actuators = self.problem.model.inputs.iter().enumerate().filter(|(_, i)| i.actuator);
-        for (input, _) in actuators {
+        for (drive, largest) in inputs.chain(motion) {
             for share in AMPLITUDES {
                 for k in 0..FREQUENCIES {
                     let at = k as f64 / (FREQUENCIES - 1) as f64;
                     let frequency = slow * (fast / slow).powf(at);
-                    out.push(Sine {
-                        input,
-                        amplitude: share * self.problem.largest_command(input),
-                        frequency,
-                    });
+                    out.push(Sine { drive, amplitude: share * largest, frequency });
                 }
             }
         }
@@ -79,34 +90,56 @@ impl Ladder<'_> {
         (0..x.len()).map(|k| (rms(k), k)).max_by(|p, q| p.0.total_cmp(&q.0))
     }
 
+    /// Rows of inputs in which a sine alone acts. Other imposed coordinates stay where they began, and
+    /// so does what nobody commands: a recorded mass is never 0.
+    fn commands(&self, times: &[f64], sine: Sine) -> Vec<f64> {
+        let (model, motion) = (self.problem.model, &self.problem.smoothed[0]);
+        let width = model.input_width();
+        let begun = &self.problem.dataset.recordings[0].commands;
+        let still = |j: usize| {
+            if model.inputs.get(j).is_some_and(|i| !i.actuator) { begun[j] } else { 0.0 }
+        };
+        let mut rows = (0..width).map(still).collect::<Vec<f64>>().repeat(times.len());
+        let w = std::f64::consts::TAU * sine.frequency;
+        for (row, t) in rows.chunks_exact_mut(width).zip(times) {
+            let (sin, cos) = (w * t).sin_cos();
+            for at in model.imposed().filter_map(|c| Some((c, model.motion_index(c)?))) {
+                row[at.1] = motion.state(0)[at.0];
+            }
+            match sine.drive {
+                Driver::Input(j) => row[j] = sine.amplitude * sin,
+                Driver::Coordinate(c) => {
+                    let Some(at) = model.motion_index(c) else { continue };
+                    let motion = [sin, w * cos, -w * w * sin].map(|x| sine.amplitude * x);
+                    row[at..at + MOTION].copy_from_slice(&motion);
+                }
+            }
+        }
+        rows
+    }
+
     /// Outputs under a sine from where the first recording begins; none where they leave the
     /// range that the recordings covered.
     fn response(&self, h: &Hypothesis, sine: Sine) -> Option<Vec<Vec<f64>>> {
         let problem = self.problem;
         let model = problem.model;
-        let (m, step) = (model.inputs.len(), problem.sample);
+        let (m, step) = (model.input_width(), problem.sample);
         let times: Vec<f64> = (0..SAMPLES).map(|k| step * k as f64).collect();
-        // What nobody commands stays as the recordings began: a recorded mass is never 0.
-        let begun = &problem.dataset.recordings[0].commands;
-        let still: Vec<f64> =
-            (0..m).map(|j| if model.inputs[j].actuator { 0.0 } else { begun[j] }).collect();
-        let mut commands = still.repeat(SAMPLES);
-        for (k, t) in times.iter().enumerate() {
-            commands[k * m + sine.input] =
-                sine.amplitude * (std::f64::consts::TAU * sine.frequency * t).sin();
-        }
+        let commands = self.commands(&times, sine);
         let inputs = effective_inputs(&SeriesEffect::inputs(&h.effects), m, &times, commands);
         let system = System::with(model, &h.parameters, &h.effects);
         let (observation, count) = (&problem.observation, problem.dataset.outputs.len());
-        let bound = observation.bind(&h.parameters);
-        let mut x = system.at_rest(problem.smoothed[0].state(0));
+        let path = model.inputs_along((&times, &inputs), 0..SAMPLES, self.found.chosen.substeps);
+        let mut start = problem.smoothed[0].state(0).to_vec();
+        system.impose(path.sample(0), &mut start);
+        let mut x = system.at_rest(&start);
         let mut workspace = system.workspace();
         let mut out = vec![Vec::with_capacity(SAMPLES); count];
         let mut y = vec![0.0; count];
         let limits: Vec<f64> = (0..count).map(|k| REACH * largest(problem.dataset, k)).collect();
         for k in 0..SAMPLES - 1 {
-            let u = &inputs[k * m..(k + 1) * m];
-            observation.evaluate(&bound, times[k], &x, u, &mut y);
+            let u = path.sample(k);
+            observation.evaluate(&system, times[k], &x, u, &mut y);
             for ((series, value), limit) in out.iter_mut().zip(&y).zip(&limits) {
                 if value.is_nan() || value.abs() > *limit {
                     return None;
@@ -117,7 +150,7 @@ impl Ladder<'_> {
             system.advance(
                 &mut workspace,
                 (times[k], times[k + 1]),
-                StepInput::Line(u, u),
+                path.step(k),
                 substeps,
                 &mut x,
             );

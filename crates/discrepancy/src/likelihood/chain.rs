@@ -7,14 +7,12 @@ use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_numbers::Number;
 use lacuna_plants::InputPath;
-use lacuna_plants::dynamics::Bound;
 use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, System, sensed};
 
 /// A hypothesis on one recording in one kind of number.
 pub(super) struct Chain<'p, T: Number> {
     pub(super) run: &'p Run<'p>,
     pub(super) system: System<T>,
-    pub(super) bound: Bound<T>,
     pub(super) inputs: Inputs<T>,
     pub(super) sensors: Vec<SeriesEffect<T>>,
 }
@@ -49,7 +47,7 @@ impl<T: Number> Chain<'_, T> {
         let times = &observed.times;
         let inputs = self.inputs_along(w);
         for (at, k) in w.range.clone().enumerate() {
-            problem.observation.evaluate(&self.bound, times[k], state, inputs.sample(at), &mut y);
+            problem.observation.evaluate(&self.system, times[k], state, inputs.sample(at), &mut y);
             for (series, value) in out.iter_mut().zip(&y) {
                 series.push(*value);
             }
@@ -78,13 +76,13 @@ impl<T: Number> Chain<'_, T> {
     /// The inputs along a window and the step that leaves it.
     fn inputs_along(&self, w: &Window) -> InputPath<T> {
         let (problem, times) = (self.run.problem, &self.run.observed().times[..]);
-        let (m, hold) = (problem.model.inputs.len(), problem.model.hold);
+        let model = problem.model;
         let (range, substeps) = (w.range.start..w.range.end + 1, self.run.substeps);
         match &self.inputs {
             Inputs::Fixed(inputs) => {
-                hold.along((times, inputs), range, m, substeps).map(|_, u| T::constant(*u))
+                model.inputs_along((times, inputs), range, substeps).map(|_, u| T::constant(*u))
             }
-            Inputs::Moving(inputs) => hold.along((times, inputs), range, m, substeps),
+            Inputs::Moving(inputs) => model.inputs_along((times, inputs), range, substeps),
         }
     }
 

@@ -152,7 +152,7 @@ fn best(
     (k, state): (usize, usize),
     tries: &[f64],
 ) -> f64 {
-    let (machine, m) = (model.machine_states(), model.inputs.len());
+    let (machine, m) = (model.machine_states(), model.input_width());
     let u = &motion.inputs[k * m..(k + 1) * m];
     let mut derivative = vec![0.0; system.states()];
     let mut miss = |value: f64| {

@@ -1,11 +1,12 @@
 //! The equations of motion linearised along a fitted trajectory, step by step.
 //!
 //! ```text
-//! d_{k+1} = A_k d_k + B_k r_k + E_k v_k,    y_k = C_k d_k
+//! d_{k+1} = A_k d_k + B_k r_k + E_k v_k,    y_k = C_k d_k + D_k r_k
 //! ```
 //!
 //! where r is a small force on each channel, v a small change of each input, and y what the
-//! outputs change by. The derivatives are exact: those of the Runge-Kutta step itself. Where noise
+//! outputs change by. D is 0 but for outputs that hold the force on an imposed coordinate. The
+//! derivatives are exact: those of the Runge-Kutta step itself. Where noise
 //! drives the machine the trajectory is the filtered one, and the filter is made along with it.
 
 use super::chain::Sensing;
@@ -16,7 +17,6 @@ use super::sweep::Run;
 use super::{ProcessNoise, Window};
 use lacuna_numbers::{Dual, LANES, Linear, Number};
 use lacuna_plants::InputPath;
-use lacuna_plants::dynamics::Bound;
 use lacuna_plants::model::{Direction, Measured, System, Workspace};
 use pulp::Simd;
 use std::ops::Range;
@@ -29,12 +29,15 @@ pub struct Maps {
     pub(super) columns: usize,
     /// Maps, row-major `width x columns`, one a sample.
     pub(super) steps: Vec<f64>,
-    /// Outputs by the machine's state, row-major, one a sample; empty where all are entries of
-    /// the state.
+    /// Outputs by the machine's state, and where forces show in them at once by the whole state and
+    /// the forces; row-major, one a sample; empty where all are entries of the state.
     slopes: Vec<f64>,
+    /// Number of a row's entries.
+    seen: usize,
     /// The entry of the state that each output is.
     entries: Vec<Option<usize>>,
-    machine: usize,
+    /// The first column that stands for an input.
+    first_input: usize,
     /// One over the noise of each output.
     weights: Vec<f64>,
     /// The whole state at each sample, corrected by what was measured there.
@@ -56,8 +59,10 @@ pub enum Drive {
 
 /// Small changes of a recording's motion, [`LANES`] of them side by side.
 pub struct Driven {
-    /// One value of each at every sample.
+    /// One value of each at every sample: what acts until the next.
     pub series: Vec<Lanes>,
+    /// What acts at the sample itself, where outputs show forces at once; else empty.
+    pub at_once: Vec<Lanes>,
     /// Where they drive the motion, and each one's share of its value there.
     pub places: Vec<(Drive, Lanes)>,
     /// Outputs that show the values as they are.
@@ -86,17 +91,20 @@ impl Maps {
     ) -> Result<Self, Diverged> {
         let problem = run.problem;
         let observed = run.observed();
-        let (machine, m) = (problem.model.machine_states(), problem.model.inputs.len());
+        let (model, machine) = (problem.model, problem.model.machine_states());
         let width = variances.len();
-        let columns = width + problem.model.channels() + m;
+        let first_input = width + model.channels();
+        let columns = first_input + model.inputs.len();
+        let seen = if problem.observation.sees_forces() { first_input } else { machine };
         let entry = |o: &crate::Output| if let Measured::State(i) = o.of { Some(i) } else { None };
         let maps = Self {
             width,
             columns,
             steps: vec![0.0; observed.len() * width * columns],
             slopes: vec![],
+            seen,
             entries: problem.dataset.outputs.iter().map(entry).collect(),
-            machine,
+            first_input,
             weights: problem.weights.clone(),
             path: Vec::with_capacity(observed.len() * width),
             inputs: problem.effective_inputs(&run.hypothesis.effects, observed),
@@ -122,12 +130,18 @@ impl Maps {
             match self.entries[o] {
                 Some(i) => row[i] = self.weights[o],
                 None => {
-                    let at = (k * count + o) * self.machine;
-                    let slopes = &self.slopes[at..at + self.machine];
+                    let slopes = self.slopes_at(k, o);
                     row.iter_mut().zip(slopes).for_each(|(r, c)| *r = c * self.weights[o]);
                 }
             }
         }
+    }
+
+    /// Derivatives of an output at a sample that is no entry of the state.
+    #[inline(always)]
+    fn slopes_at(&self, k: usize, output: usize) -> &[f64] {
+        let at = (k * self.entries.len() + output) * self.seen;
+        &self.slopes[at..at + self.seen]
     }
 
     /// The map of the step that follows a sample, row-major `width x columns`.
@@ -167,10 +181,9 @@ impl Maps {
         let (n, c, m, p) = (self.width, self.columns, driven.len(), self.entries.len());
         let (mut d, mut next) = (vec![Lanes::ZERO; n * m], vec![Lanes::ZERO; n * m]);
         let (mut y, mut seen) = (vec![Lanes::ZERO; p * m], vec![Lanes::ZERO; p]);
-        let inputs = self.inputs_from();
         let place = |drive: &Drive| match *drive {
             Drive::Force(channel) => n + channel,
-            Drive::Input(j) => inputs + j,
+            Drive::Input(j) => self.first_input + j,
         };
         let places: Vec<usize> = driven[0].places.iter().map(|(drive, _)| place(drive)).collect();
         let mut forces = vec![Lanes::ZERO; places.len()];
@@ -179,6 +192,15 @@ impl Maps {
             for (g, driven) in driven.iter().enumerate() {
                 let d = &mut d[g * n..(g + 1) * n];
                 self.observe(simd, k, d, |o, change| y[o * m + g] = change);
+                if let Some(now) = driven.at_once.get(k) {
+                    for (&p, (_, share)) in places.iter().zip(&driven.places) {
+                        let mut force = Lanes::ZERO;
+                        force.add_product(simd, now, share);
+                        self.observe_at_once(k, p, |o, slope| {
+                            y[o * m + g].add_scaled(simd, &force, slope);
+                        });
+                    }
+                }
                 for &o in &driven.seen {
                     y[o * m + g].add_scaled(simd, &driven.series[k], self.weights[o]);
                 }
@@ -214,28 +236,31 @@ impl Maps {
         }
     }
 
-    /// The first column that stands for an input.
-    fn inputs_from(&self) -> usize {
-        let samples = self.path.len() / self.width;
-        self.columns - self.inputs.len() / samples
-    }
-
     /// What each output sees of a change of the state at a sample, in units of its noise.
     #[inline(always)]
     fn observe<S: Simd>(&self, simd: S, k: usize, d: &[Lanes], mut each: impl FnMut(usize, Lanes)) {
-        let count = self.entries.len();
         for (o, weight) in self.weights.iter().enumerate() {
             let mut change = Lanes::ZERO;
             match self.entries[o] {
                 Some(i) => change.add_scaled(simd, &d[i], *weight),
                 None => {
-                    let row = (k * count + o) * self.machine;
-                    for (x, c) in d.iter().zip(&self.slopes[row..row + self.machine]) {
+                    for (x, c) in d.iter().zip(self.slopes_at(k, o)) {
                         change.add_scaled(simd, x, c * weight);
                     }
                 }
             }
             each(o, change);
+        }
+    }
+
+    /// What each output that is no entry of the state sees at once of the force in a column, in
+    /// units of its noise.
+    #[inline(always)]
+    fn observe_at_once(&self, k: usize, column: usize, mut each: impl FnMut(usize, f64)) {
+        for (o, weight) in self.weights.iter().enumerate() {
+            if self.entries[o].is_none() {
+                each(o, self.slopes_at(k, o)[column] * weight);
+            }
         }
     }
 }
@@ -253,7 +278,6 @@ struct Linearising<'r> {
 struct Chunk {
     first: usize,
     system: System<Dual>,
-    bound: Bound<Dual>,
     workspace: Workspace<Dual>,
     state: Vec<Dual>,
 }
@@ -267,14 +291,7 @@ impl Chunk {
             .filter(|(_, lane)| *lane < LANES)
             .collect();
         let system = System::along(model, &h.parameters, &h.effects, &forces, problem.sample);
-        let numbers: Vec<Dual> = h.parameters.iter().map(|&p| Dual::constant(p)).collect();
-        Self {
-            first,
-            bound: problem.observation.bind(&numbers),
-            workspace: system.workspace(),
-            system,
-            state: vec![zero; width],
-        }
+        Self { first, workspace: system.workspace(), system, state: vec![zero; width] }
     }
 
     fn seed(&self, value: f64, entry: usize) -> Dual {
@@ -289,14 +306,15 @@ impl Linearising<'_> {
         let run = self.run;
         let (problem, observed) = (run.problem, run.observed());
         let outputs = problem.dataset.outputs.len();
-        let m = problem.model.inputs.len();
+        let m = problem.model.input_width();
         let mut filter = self.noise.map(|noise| Making::new(self.variances, noise));
         let mut sensing = Sensing::new(problem, observed, &run.hypothesis.effects, w);
-        let bound = problem.observation.bind(&run.hypothesis.parameters);
+        let h = run.hypothesis;
+        let system = System::with(problem.model, &h.parameters, &h.effects);
         let (mut rows, mut y) = (vec![], vec![0.0; outputs]);
         for (at, k) in w.range.clone().enumerate() {
             let u = &self.maps.inputs[k * m..(k + 1) * m];
-            problem.observation.evaluate(&bound, observed.times[k], state, u, &mut y);
+            problem.observation.evaluate(&system, observed.times[k], state, u, &mut y);
             self.slopes(k, state);
             if let Some(filter) = &mut filter {
                 let innovations = sensing.innovations(k, &y);
@@ -325,9 +343,13 @@ impl Linearising<'_> {
         let model = run.problem.model;
         let series = (&run.observed().times[..], &maps.inputs[..]);
         let range = w.range.start..w.range.end + 1;
-        let path = model.hold.along(series, range, model.inputs.len(), run.substeps);
-        let first = maps.columns - model.inputs.len();
-        self.chunks.iter().map(|c| path.map(|j, u| c.seed(*u, first + j))).collect()
+        let path = model.inputs_along(series, range, run.substeps);
+        let (m, first) = (model.inputs.len(), maps.first_input);
+        // Imposed motion stands after the inputs and is as it is.
+        let seed = |c: &Chunk, j: usize, u: f64| {
+            if j < m { c.seed(u, first + j) } else { Dual::constant(u) }
+        };
+        self.chunks.iter().map(|c| path.map(|j, u| seed(c, j, *u))).collect()
     }
 
     /// Advance the state from a sample to the next, with the derivatives of that step.
@@ -359,25 +381,26 @@ impl Linearising<'_> {
         run.check(k + 1, state)
     }
 
-    /// Derivatives of the outputs by the machine's state, where they are not entries of it.
+    /// Derivatives of the outputs that are not entries of the state.
     fn slopes(&mut self, k: usize, state: &[f64]) {
         let maps = &mut self.maps;
         if maps.entries.iter().all(Option::is_some) {
             return;
         }
         let (problem, count) = (self.run.problem, maps.entries.len());
-        let m = problem.model.inputs.len();
+        let m = problem.model.input_width();
         let u: Vec<Dual> =
             maps.inputs[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
         let mut y = vec![Dual::constant(0.0); count];
-        maps.slopes.resize((k + 1) * count * maps.machine, 0.0);
-        for chunk in self.chunks.iter().take_while(|c| c.first < maps.machine) {
+        let seen = maps.seen;
+        maps.slopes.resize((k + 1) * count * seen, 0.0);
+        for chunk in self.chunks.iter().take_while(|c| c.first < seen) {
             let x: Vec<Dual> = state.iter().enumerate().map(|(i, x)| chunk.seed(*x, i)).collect();
             let t = self.run.observed().times[k];
-            problem.observation.evaluate(&chunk.bound, t, &x, &u, &mut y);
-            let last = (chunk.first + LANES).min(maps.machine);
+            problem.observation.evaluate(&chunk.system, t, &x, &u, &mut y);
+            let last = (chunk.first + LANES).min(seen);
             for (o, y) in y.iter().enumerate() {
-                let row = (k * count + o) * maps.machine;
+                let row = (k * count + o) * seen;
                 for i in chunk.first..last {
                     maps.slopes[row + i] = y.tangent[i - chunk.first];
                 }

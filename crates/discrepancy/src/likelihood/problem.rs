@@ -141,7 +141,7 @@ impl<'a> Problem<'a> {
     /// What the input effects among `effects` make of a recording's commands.
     #[must_use]
     pub fn effective_inputs(&self, effects: &[ModelEffect], observed: &Observed) -> Vec<f64> {
-        let (m, commands) = (self.model.inputs.len(), observed.commands.clone());
+        let (m, commands) = (self.model.input_width(), observed.commands.clone());
         effective_inputs(&SeriesEffect::inputs(effects), m, &observed.times, commands)
     }
 
@@ -231,7 +231,7 @@ impl<'a> Problem<'a> {
                 stroke: self.stroke(c),
                 v: deviation(&v),
                 acceleration,
-                force: acceleration / mobility[c],
+                force: self.measured_force(c).unwrap_or(acceleration / mobility[c]),
                 other: (1.0, 1.0, 1.0),
                 apart: (1.0, 1.0),
                 input: (0.0, 0.0),
@@ -285,7 +285,7 @@ impl<'a> Problem<'a> {
                 for k in (0..s.len()).step_by(s.len().div_ceil(POINTS)) {
                     let x = system.at_rest(s.state(k));
                     let mut x: Vec<Dual> = x.into_iter().map(Dual::constant).collect();
-                    let m = model.inputs.len();
+                    let m = model.input_width();
                     let u: Vec<Dual> =
                         s.inputs[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
                     let h = 1e-3 * self.sample;
@@ -308,6 +308,38 @@ impl<'a> Problem<'a> {
         (0..model.channels()).map(at).collect()
     }
 
+    /// Standard deviation of the measured force on an imposed coordinate; none of a free one, and
+    /// where nothing shows it.
+    fn measured_force(&self, channel: usize) -> Option<f64> {
+        let output = self.outputs_of_force(channel).next()?;
+        let all = self.dataset.recordings.iter().flat_map(|o| &o.outputs[output.0]);
+        let measured: Vec<f64> = all.copied().filter(|y| y.is_finite()).collect();
+        Some(deviation(&measured) / output.1.abs())
+    }
+
+    /// Outputs that show a force on a channel at once, and by how much of it they change: those of
+    /// the force on an imposed coordinate.
+    pub(crate) fn outputs_of_force(&self, channel: usize) -> impl Iterator<Item = (usize, f64)> {
+        let (model, motion) = (self.model, &self.smoothed[0]);
+        let slopes: Vec<f64> = if model.is_imposed(channel) {
+            let push = [(Direction::Force(channel), 0)];
+            let system = System::along(model, &model.values(), &model.effects, &push, self.sample);
+            let constants =
+                |x: &[f64]| -> Vec<Dual> { x.iter().map(|&x| Dual::constant(x)).collect() };
+            // Outputs are linear in forces, so that any sample will do.
+            let k = motion.len() / 2;
+            let m = model.input_width();
+            let x = constants(&system.at_rest(motion.state(k)));
+            let u = constants(&motion.inputs[k * m..(k + 1) * m]);
+            let mut y = vec![Dual::constant(0.0); self.dataset.outputs.len()];
+            self.observation.evaluate(&system, motion.times[k], &x, &u, &mut y);
+            y.iter().map(|y| y.tangent[0]).collect()
+        } else {
+            vec![]
+        };
+        slopes.into_iter().enumerate().filter(|(_, slope)| *slope != 0.0 && slope.is_finite())
+    }
+
     /// Half the range that a channel covers within an eighth of a recording, in the median.
     fn stroke(&self, channel: usize) -> f64 {
         let place = self.model.place(channel);
@@ -324,7 +356,7 @@ impl<'a> Problem<'a> {
     }
 
     fn input_scales(&self, j: usize) -> Scales {
-        let m = self.model.inputs.len();
+        let m = self.model.input_width();
         let u: Vec<f64> = self
             .smoothed
             .iter()

@@ -107,7 +107,6 @@ impl Run<'_> {
         let chain = Chain {
             run: self,
             system: System::with(problem.model, &h.parameters, &h.effects),
-            bound: problem.observation.bind(&h.parameters),
             inputs: Inputs::Fixed(problem.effective_inputs(&h.effects, self.observed())),
             sensors: SeriesEffect::sensors(&h.effects),
         };
@@ -183,17 +182,10 @@ impl Sweep<'_> {
         let (problem, h) = (self.run.problem, self.run.hypothesis);
         let directions: Vec<(Direction, usize)> =
             self.theta().map(|(j, lane)| (h.direction(j), lane)).collect();
-        let mut numbers: Vec<Dual> = h.parameters.iter().map(|&p| Dual::constant(p)).collect();
-        for &(d, lane) in &directions {
-            if let Direction::Parameter(k) = d {
-                numbers[k] = Dual::direction(h.parameters[k], lane);
-            }
-        }
         let (model, sample) = (problem.model, problem.sample);
         Chain {
             run: self.run,
             system: System::along(model, &h.parameters, &h.effects, &directions, sample),
-            bound: problem.observation.bind(&numbers),
             inputs: self.inputs(self.run.observed(), &directions),
             sensors: SeriesEffect::sensors_along(&h.effects, &directions),
         }
@@ -210,7 +202,7 @@ impl Sweep<'_> {
         }
         let along = SeriesEffect::inputs_along(effects, directions);
         let commands = observed.commands.iter().map(|&u| Dual::constant(u)).collect();
-        let m = problem.model.inputs.len();
+        let m = problem.model.input_width();
         Inputs::Moving(effective_inputs(&along, m, &observed.times, commands))
     }
 

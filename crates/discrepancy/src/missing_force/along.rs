@@ -1,11 +1,12 @@
 //! The model linearised about a recording's smoothed motion.
 
 use super::Belief;
+use super::measured::MeasuredForce;
 use crate::likelihood::Problem;
 use crate::trajectories::SmoothedRecording;
 use lacuna_effects::{AnyForceLaw, At, Channel, Law};
 use lacuna_numbers::{Dual, LANES, Number};
-use lacuna_plants::model::ModelEffect;
+use lacuna_plants::model::{Direction, ModelEffect, System};
 use lacuna_plants::{Hold, Model};
 
 /// What a recording's smoothed motion asks of the model, sample by sample: the residual
@@ -24,6 +25,8 @@ pub(super) struct Along<'p> {
     by_state: Vec<f64>,
     /// dR/dp for every uncertain parameter, samples x channels x parameters.
     by_parameter: Vec<f64>,
+    /// The measured force on each channel that is imposed.
+    measured: Vec<Option<MeasuredForce>>,
     coordinates: usize,
     channels: usize,
     states: usize,
@@ -52,6 +55,7 @@ impl<'p> Along<'p> {
             mass: vec![0.0; samples * coordinates * coordinates],
             by_state: vec![0.0; samples * channels * states],
             by_parameter: vec![0.0; samples * channels * parameters],
+            measured: (0..channels).map(|c| MeasuredForce::of(problem, r, c)).collect(),
             coordinates,
             channels,
             states,
@@ -61,6 +65,7 @@ impl<'p> Along<'p> {
         let directions = Directions { states, parameters: &belief.uncertain };
         for first in (0..states + parameters).step_by(LANES) {
             this.differentiate(problem, belief, &inputs, &directions, first);
+            this.compare_forces(problem, belief, &inputs, &directions, first);
         }
         if model.hold == Hold::ZeroOrder {
             this.follow_jumps(problem, belief, &inputs);
@@ -83,6 +88,7 @@ impl<'p> Along<'p> {
         first: usize,
     ) {
         let (n, m) = (self.coordinates, problem.model.inputs.len());
+        let width = problem.model.input_width();
         let lane = |entry: usize| entry.checked_sub(first).filter(|l| *l < LANES);
         let mut parameters: Vec<Dual> =
             belief.parameters.iter().map(|&p| Dual::constant(p)).collect();
@@ -101,7 +107,7 @@ impl<'p> Along<'p> {
                 variables[i] =
                     lane(i).map_or_else(|| Dual::constant(x), |lane| Dual::direction(x, lane));
             }
-            let rest = inputs[k * m..(k + 1) * m].iter().chain(&self.motion.times[k..=k]);
+            let rest = inputs[k * width..k * width + m].iter().chain(&self.motion.times[k..=k]);
             for (to, &value) in variables[self.states..].iter_mut().zip(rest) {
                 *to = Dual::constant(value);
             }
@@ -111,24 +117,63 @@ impl<'p> Along<'p> {
                 *to = from.value;
             }
             for (c, force) in force.iter().enumerate() {
-                let mut residual = if c < n {
+                let residual = if c < n {
                     (0..n).fold(Dual::constant(0.0), |sum, j| {
                         sum + mass[c * n + j] * Dual::constant(self.motion.rate(k, n + j))
                     })
                 } else {
                     Dual::constant(self.motion.rate(k, c + n))
                 };
-                residual = residual - *force;
-                let row = k * self.channels + c;
-                self.residual[row] = residual.value;
-                for (l, &slope) in residual.tangent.iter().enumerate() {
-                    let entry = first + l;
-                    if entry < self.states {
-                        self.by_state[row * self.states + entry] = slope;
-                    } else if entry < self.states + self.parameters {
-                        self.by_parameter[row * self.parameters + entry - self.states] = slope;
-                    }
-                }
+                self.set((k, c), residual - *force, first);
+            }
+        }
+    }
+
+    /// Set R of a channel at a sample with its derivatives in the directions from `first` on.
+    fn set(&mut self, (k, c): (usize, usize), residual: Dual, first: usize) {
+        let row = k * self.channels + c;
+        self.residual[row] = residual.value;
+        for (l, &slope) in residual.tangent.iter().enumerate() {
+            let entry = first + l;
+            if entry < self.states {
+                self.by_state[row * self.states + entry] = slope;
+            } else if entry < self.states + self.parameters {
+                self.by_parameter[row * self.parameters + entry - self.states] = slope;
+            }
+        }
+    }
+
+    /// Of imposed coordinates, R is what the measured force shows; that of others stays.
+    fn compare_forces(
+        &mut self,
+        problem: &Problem,
+        belief: &Belief,
+        inputs: &[f64],
+        directions: &Directions,
+        first: usize,
+    ) {
+        if self.measured.iter().all(Option::is_none) {
+            return;
+        }
+        let lane = |entry: usize| entry.checked_sub(first).filter(|l| *l < LANES);
+        let parameters = directions.parameters.iter().enumerate();
+        let moved: Vec<(Direction, usize)> = parameters
+            .filter_map(|(k, &p)| Some((Direction::Parameter(p), lane(directions.states + k)?)))
+            .collect();
+        let model = problem.model;
+        let system = System::along(model, &belief.parameters, &[], &moved, problem.sample);
+        let width = model.input_width();
+        let mut y = vec![Dual::constant(0.0); problem.dataset.outputs.len()];
+        for k in 0..self.motion.len() {
+            let state = self.motion.state(k).iter().enumerate();
+            let state: Vec<Dual> = state.map(|(i, &x)| Dual::among(x, i, first)).collect();
+            let u = inputs[k * width..(k + 1) * width].iter().map(|&u| Dual::constant(u));
+            let u: Vec<Dual> = u.collect();
+            problem.observation.evaluate(&system, self.motion.times[k], &state, &u, &mut y);
+            for c in 0..self.channels {
+                let Some(force) = &self.measured[c] else { continue };
+                let short = (-y[force.output] + force.values[k]) / force.slope;
+                self.set((k, c), short, first);
             }
         }
     }
@@ -136,6 +181,7 @@ impl<'p> Along<'p> {
     /// Inputs are held: at a sample the force takes the mean of what it is before and after.
     fn follow_jumps(&mut self, problem: &Problem, belief: &Belief, inputs: &[f64]) {
         let (n, m) = (self.coordinates, problem.model.inputs.len());
+        let width = problem.model.input_width();
         let dynamics = problem.model.dynamics();
         let bound = dynamics.bind(&belief.parameters);
         let mut room = bound.room();
@@ -151,13 +197,15 @@ impl<'p> Along<'p> {
         };
         let (mut before, mut after) = (Vec::new(), Vec::new());
         for k in 1..self.motion.len() {
-            let (u, next) = (&inputs[(k - 1) * m..k * m], &inputs[k * m..(k + 1) * m]);
+            let row = |k: usize| &inputs[k * width..k * width + m];
+            let (u, next) = (row(k - 1), row(k));
             if u == next {
                 continue;
             }
             forces(k, u, &mut before);
             forces(k, next, &mut after);
-            for c in 0..self.channels {
+            // A force that is measured jumps with the inputs.
+            for c in (0..self.channels).filter(|&c| self.measured[c].is_none()) {
                 let jump = before[c] - after[c];
                 self.jump[k * self.channels + c] = jump;
                 self.residual[k * self.channels + c] -= 0.5 * jump;
@@ -227,8 +275,17 @@ impl<'p> Along<'p> {
         &self.by_parameter[row * self.parameters..(row + 1) * self.parameters]
     }
 
-    /// The part of R that moves with the motion's highest derivative: M q'', or h'.
+    /// The measured force on an imposed channel.
+    pub(super) fn measured(&self, channel: usize) -> Option<&MeasuredForce> {
+        self.measured[channel].as_ref()
+    }
+
+    /// The part of R that moves with the motion's highest derivative, M q'' or h'; of an imposed
+    /// channel the force that is measured.
     pub(super) fn inertia(&self, k: usize, channel: usize) -> f64 {
+        if let Some(force) = self.measured(channel) {
+            return force.force(k);
+        }
         let n = self.coordinates;
         if channel < n {
             (0..n).map(|j| self.mass(k, channel, j) * self.motion.rate(k, n + j)).sum()

@@ -33,13 +33,19 @@
 //! | on paper | in code |
 //! | --- | --- |
 //! | p_0, tolerance, effects that are known | [`Belief`] |
-//! | R, its derivatives along x^ | `along` |
+//! | R, its derivatives along x^ | `along`, of a measured force `measured` |
 //! | phi, phi', phi'' over windows | `windows` ([`lacuna_occupation::TestFunction::Compact`]) |
 //! | y_w, P_w, S | `rows` ([`lacuna_occupation::SymmetricBanded`]) |
 //! | int phi f(x) dt by values at knots | `knots` |
 //! | marginal likelihood, posterior | `evidence` ([`lacuna_occupation::identification::evidence`]) |
 //! | which variables | `choice` |
 //! | f with its standard deviation where the recordings went | [`Learned`] |
+//!
+//! On an imposed coordinate the force f is measured that moves it, `y = h(x, f)`: there
+//!
+//! ```text
+//! R = (y - h(x^)) / (dh/dr),     l_w = phi / (dh/dr) dt     on the force's own samples
+//! ```
 //!
 //! A channel whose equation holds a state that nothing measures, or a sensor that is not believed,
 //! has no missing force that could be told.
@@ -49,6 +55,7 @@ mod choice;
 mod curve;
 mod evidence;
 mod knots;
+mod measured;
 mod rows;
 mod windows;
 
@@ -229,6 +236,9 @@ fn is_told(problem: &Problem, belief: &Belief, all: &[Along], channel: usize) ->
     for effect in belief.effects.iter().filter(|e| matches!(e.effect.law, Law::Sensor(_))) {
         unknown.push(effect.channel);
         unknown.extend((effect.channel < n).then_some(effect.channel + n));
+    }
+    if problem.model.is_imposed(channel) && all.iter().any(|a| a.measured(channel).is_none()) {
+        return false;
     }
     let own = problem.model.coordinate_index(channel);
     let holds = |&i: &usize| {

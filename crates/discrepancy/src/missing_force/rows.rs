@@ -24,11 +24,22 @@ pub(super) struct Rows {
     pub white: SymmetricBanded,
 }
 
-/// What is measured of one entry of the machine's state in one recording.
+/// What a sensor measures.
+#[derive(Clone, Copy, PartialEq)]
+enum Seen {
+    /// An entry of the machine's state.
+    State(usize),
+    /// The force on an imposed channel, and by how much the sensor's value changes with a missing
+    /// one.
+    Force(usize, f64),
+}
+
+/// What one sensor measures in one recording.
 struct Sensor {
-    state: usize,
+    of: Seen,
     sd: f64,
-    /// The samples less the smoothed motion; not a number where nothing was measured.
+    /// The samples less the smoothed motion, or what stands in their place in R; not a number
+    /// where nothing was measured.
     off: Vec<f64>,
     /// Nearest measured samples at and before, at and after each.
     nearest: [Vec<Option<usize>>; 2],
@@ -39,19 +50,27 @@ impl Sensor {
         let dataset = problem.dataset;
         let observed = &dataset.recordings[along.recording];
         let states = 0..problem.model.machine_states();
-        let sensor = |state: usize| {
-            let output = dataset.output_of_state(state)?;
+        let sensor = |of: Seen, output: usize, at: &dyn Fn(usize) -> f64| {
             let samples = observed.outputs[output].iter().enumerate();
-            let off: Vec<f64> = samples.map(|(k, y)| y - along.motion.state(k)[state]).collect();
+            let off: Vec<f64> = samples.map(|(k, y)| y - at(k)).collect();
             let nearest = [nearest(off.iter()), {
                 let mut back = nearest(off.iter().rev());
                 back.reverse();
                 let last = off.len() - 1;
                 back.into_iter().map(|k| k.map(|k| last - k)).collect()
             }];
-            Some(Self { state, sd: dataset.noise_sd(output), off, nearest })
+            Self { of, sd: dataset.noise_sd(output), off, nearest }
         };
-        states.filter_map(sensor).collect()
+        let position = |state: usize| {
+            let output = dataset.output_of_state(state)?;
+            Some(sensor(Seen::State(state), output, &|k| along.motion.state(k)[state]))
+        };
+        let force = |channel: usize| {
+            let force = along.measured(channel)?;
+            let of = Seen::Force(channel, force.slope);
+            Some(sensor(of, force.output, &|k| force.values[k]))
+        };
+        states.filter_map(position).chain((0..problem.model.channels()).filter_map(force)).collect()
     }
 
     /// Samples missing in a row about sample `k`.
@@ -125,7 +144,10 @@ pub(super) fn window_intervals(problem: &Problem, all: &[Along], channel: usize)
             let position = sd(j).unwrap_or(0.0) * size(2);
             masses[j] * sd(j + n).map_or(position, |sd| position.min(sd * size(1)))
         };
-        (0..n).map(|j| of(j).powi(2)).sum::<f64>().sqrt()
+        let force = all[0]
+            .measured(channel)
+            .map_or(0.0, |force| dataset.noise_sd(force.output) / force.slope.abs() * size(0));
+        (0..n).map(|j| of(j).powi(2)).sum::<f64>().sqrt().hypot(force)
     };
     let entry = problem.model.velocity_index(channel);
     let centre = mean(all, |a, k| a.motion.state(k)[entry]);
@@ -161,7 +183,7 @@ impl Rows {
         let motion = along.motion;
         let sensors: Vec<Sensor> = Sensor::all(problem, along)
             .into_iter()
-            .filter(|s| matters(problem, along, channel, s.state))
+            .filter(|s| matters(problem, along, channel, s.of))
             .collect();
         let most = MOST * motion.len() / samples;
         let wide = ((GAP * intervals as f64) as usize).max(1);
@@ -209,8 +231,12 @@ impl Rows {
     }
 }
 
-/// Whether the residual of a channel moves with an entry of the machine's state.
-fn matters(problem: &Problem, along: &Along, channel: usize, state: usize) -> bool {
+/// Whether the residual of a channel moves with what a sensor measures.
+fn matters(problem: &Problem, along: &Along, channel: usize, of: Seen) -> bool {
+    let state = match of {
+        Seen::State(state) => state,
+        Seen::Force(on, _) => return on == channel,
+    };
     let n = problem.model.coordinates.len();
     let coordinate = if (n..2 * n).contains(&state) { state - n } else { state };
     let at = |k: usize| {
@@ -239,6 +265,7 @@ fn mean_force(along: &Along, channel: usize, step: f64, window: &Window) -> f64 
 /// ```text
 /// int phi (R(x) - R(x^)) dt = int [(phi M)'' + phi R_q - (phi R_v)'] (q - q^) dt      (coordinates)
 ///                           = int [-phi' + phi R_h] (h - h^) dt                       (its own state)
+///                           = int phi / (dh/dr) (y - y^) dt                           (a measured force)
 /// ```
 fn functionals(
     along: &Along,
@@ -254,7 +281,10 @@ fn functionals(
         samples.clone().zip(plain).map(|(k, w)| w * along.by_state(k, channel, state)).collect()
     };
     let weights = |sensor: &Sensor| -> Vec<f64> {
-        let state = sensor.state;
+        let state = match sensor.of {
+            Seen::State(state) => state,
+            Seen::Force(_, slope) => return plain.iter().map(|w| w / slope).collect(),
+        };
         let share = share_of_rate(sensors, n, window, state);
         if state >= 2 * n {
             let own = if channel + n == state { 1.0 } else { 0.0 };
@@ -288,7 +318,7 @@ fn functionals(
 /// variances.
 fn share_of_rate(sensors: &[Sensor], n: usize, window: &Window, state: usize) -> f64 {
     let j = if (n..2 * n).contains(&state) { state - n } else { state };
-    let sd = |state: usize| sensors.iter().find(|s| s.state == state).map(|s| s.sd);
+    let sd = |state: usize| sensors.iter().find(|s| s.of == Seen::State(state)).map(|s| s.sd);
     let size = |d: usize| window.weights[d].iter().map(|w| w * w).sum::<f64>();
     match (sd(j), sd(j + n)) {
         (Some(position), Some(rate)) if j < n => {

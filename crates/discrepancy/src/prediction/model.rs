@@ -5,7 +5,6 @@ use super::{Prediction, Series, substeps};
 use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
 use lacuna_numbers::{Dual, LANES, Number};
-use lacuna_plants::dynamics::Bound;
 use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect, sensed};
 use lacuna_plants::{Model, System};
 use std::ops::Range;
@@ -24,7 +23,6 @@ pub struct Predictor<'a> {
 /// A model in one kind of number.
 struct InNumbers<T: Number> {
     system: System<T>,
-    bound: Bound<T>,
     sensors: Vec<SeriesEffect<T>>,
 }
 
@@ -69,7 +67,6 @@ impl<'a> Predictor<'a> {
         let weights = (0..measured.len()).map(|k| 1.0 / dataset.noise_sd(k)).collect();
         let plain = InNumbers {
             system: System::with(&model, parameters, effects),
-            bound: observation.bind(parameters),
             sensors: SeriesEffect::sensors(effects),
         };
         let parameters = parameters.to_vec();
@@ -104,10 +101,8 @@ impl<'a> Predictor<'a> {
     /// The model in numbers that carry derivatives.
     fn dual(&self) -> InNumbers<Dual> {
         let Self { model, parameters, .. } = self;
-        let numbers: Vec<Dual> = parameters.iter().map(|&p| Dual::constant(p)).collect();
         InNumbers {
             system: System::along(model, parameters, &model.effects, &[], 0.0),
-            bound: self.observation.bind(&numbers),
             sensors: SeriesEffect::sensors_along(&model.effects, &[]),
         }
     }
@@ -122,19 +117,20 @@ impl<'a> Predictor<'a> {
         state: &mut [T],
     ) -> Vec<Vec<T>> {
         let Driven { observed, effective } = driven;
-        let (m, times) = (self.model.inputs.len(), &observed.times[range.clone()]);
+        let times = &observed.times[range.clone()];
         let mut workspace = model.system.workspace();
         let count = self.weights.len();
         let mut outputs = vec![vec![T::constant(f64::NAN); times.len()]; count];
         let mut y = vec![T::constant(0.0); count];
         let series = (&observed.times[..], &effective[..]);
-        let inputs = self.model.hold.along(series, range, m, substeps);
+        let inputs = self.model.inputs_along(series, range, substeps);
         let inputs = inputs.map(|_, u| T::constant(*u));
         for at in 0..times.len() {
             if !state.iter().all(|x| x.value().is_finite()) {
                 break;
             }
-            self.observation.evaluate(&model.bound, times[at], state, inputs.sample(at), &mut y);
+            model.system.impose(inputs.sample(at), state);
+            self.observation.evaluate(&model.system, times[at], state, inputs.sample(at), &mut y);
             outputs.iter_mut().zip(&y).for_each(|(series, y)| series[at] = *y);
             if at + 1 == times.len() {
                 break;
@@ -164,6 +160,8 @@ impl<'a> Predictor<'a> {
                 x[i + n] = slope;
             }
         }
+        let m = self.model.input_width();
+        self.plain.system.impose(&observed.commands[at * m..(at + 1) * m], &mut x);
         self.plain.system.at_rest(&x)
     }
 

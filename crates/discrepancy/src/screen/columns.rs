@@ -55,17 +55,20 @@ impl Screen<'_> {
                 (vec![], outputs.enumerate().filter(|(_, o)| is(o)).map(|(k, _)| k).collect())
             }
         };
+        let at_once = matches!(effect.law, Law::Force(_)) && self.problem.observation.sees_forces();
         let empty = || Driven {
             series: vec![Lanes::ZERO; samples],
+            at_once: vec![Lanes::ZERO; if at_once { samples } else { 0 }],
             places: places.clone(),
             seen: seen.clone(),
         };
         let mut driven: Vec<Driven> = (0..groups).map(|_| empty()).collect();
         let mut lane = 0;
-        self.each_series(terms, along, |series, passed_on| {
-            let Driven { series: lanes, places, .. } = &mut driven[lane / LANES];
+        self.each_series(terms, along, |series, now, passed_on| {
+            let Driven { series: lanes, at_once, places, .. } = &mut driven[lane / LANES];
             let l = lane % LANES;
             lanes.iter_mut().zip(series).for_each(|(lanes, value)| lanes.0[l] = *value);
+            at_once.iter_mut().zip(now).for_each(|(lanes, value)| lanes.0[l] = *value);
             if let Some((_, reaction)) = places.get_mut(1) {
                 reaction.0[l] = -passed_on;
             }
@@ -74,28 +77,33 @@ impl Screen<'_> {
         driven
     }
 
-    /// Each amplitude's series, and the share of it that is passed on to another channel.
-    fn each_series(&self, terms: &[Term], along: &Along, mut each: impl FnMut(&[f64], f64)) {
+    /// Each amplitude's series from sample to sample and, of a force, at the samples, and the share
+    /// of it that is passed on to another channel.
+    fn each_series(
+        &self,
+        terms: &[Term],
+        along: &Along,
+        mut each: impl FnMut(&[f64], &[f64], f64),
+    ) {
         let Candidate { effect, channel, other } = terms[0].candidate;
         match effect.law {
             Law::Force(law) => {
                 let places = self.problem.model.places(effect, channel, other);
                 let shapes = terms.iter().map(|t| &t.shape[..]);
-                along.motion.bases(law, shapes, &places, |shape, mut series| {
-                    for series in &mut series {
-                        centre(series);
-                        each(series, law.plain().passed_on(shape));
+                along.motion.bases(law, shapes, &places, |shape, series| {
+                    for series in &series {
+                        each(&centred(series), series, law.plain().passed_on(shape));
                     }
                 });
             }
             Law::Input(law) => {
-                let m = self.problem.model.inputs.len();
+                let m = self.problem.model.input_width();
                 let u: Vec<f64> =
                     along.maps.inputs.iter().skip(channel).step_by(m).copied().collect();
                 for term in terms {
                     let mut made = law.plain().applied(&term.shape, &along.motion.times, &u);
                     made.iter_mut().zip(&u).for_each(|(made, u)| *made -= u);
-                    each(&made, 1.0);
+                    each(&made, &[], 1.0);
                 }
             }
             Law::Sensor(law) => {
@@ -104,7 +112,7 @@ impl Screen<'_> {
                     let change = sensed(law, &terms[0], along, local);
                     series[local.window.range.clone()].copy_from_slice(&change);
                 }
-                terms.iter().for_each(|_| each(&series, 1.0));
+                terms.iter().for_each(|_| each(&series, &[], 1.0));
             }
         }
     }
@@ -122,10 +130,9 @@ fn sensed(law: &dyn AnySeriesLaw, term: &Term, along: &Along, local: &Local) -> 
 }
 
 /// Over each step the mean of both ends; over what follows the last sample nothing is known.
-fn centre(series: &mut [f64]) {
-    for k in 1..series.len() {
-        series[k - 1] = 0.5 * (series[k - 1] + series[k]);
-    }
+fn centred(series: &[f64]) -> Vec<f64> {
+    let means = series.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
+    means.chain(series.last().copied()).collect()
 }
 
 /// The normal equations of a window in the making.

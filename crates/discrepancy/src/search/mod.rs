@@ -134,7 +134,13 @@ impl<'p> Search<'p> {
         let model = problem.model;
         let measured = |state: &usize| problem.dataset.output_of_state(*state).is_some();
         let states = (0..model.channels()).map(|c| model.coordinate_index(c));
-        let all = candidates(model, &states.filter(measured).collect::<Vec<_>>());
+        let mut all = candidates(model, &states.filter(measured).collect::<Vec<_>>());
+        // A force on an imposed coordinate moves nothing: it must be measured.
+        let shown = |c: usize| !model.is_imposed(c) || problem.outputs_of_force(c).next().is_some();
+        all.retain(|c| match c.effect.law {
+            Law::Force(law) => shown(c.channel) || (law.reacts() && c.other.is_some_and(shown)),
+            Law::Input(_) | Law::Sensor(_) => true,
+        });
         let (candidates, excluded) = all.into_iter().partition(|c| scope.admits(model, c));
         let level = first_level(problem.dataset);
         Self { problem, decision, candidates, excluded, scope, level, watch }

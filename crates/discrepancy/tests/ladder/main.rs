@@ -4,6 +4,7 @@ mod beyond;
 mod driven;
 mod errors;
 mod findings;
+mod imposed;
 mod inputs;
 mod laws;
 mod likelihood;

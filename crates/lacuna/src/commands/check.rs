@@ -95,7 +95,7 @@ impl Report {
             parameters: Parameters::of(model, dataset),
             warnings: Vec::new(),
         };
-        report.not_used = channels::not_used(recordings, &report.channels, &report.inputs);
+        report.not_used = channels::not_used(model, recordings, &report.channels, &report.inputs);
         report.warnings = warnings::warnings(model, &report);
         Ok(report)
     }
@@ -229,11 +229,27 @@ impl Report {
         }
         let most = excitation::DELAYS;
         table.text()
+            + &self.between_samples()
             + &format!(
-                "  Held {} between samples. Order of persistent excitation: how many of {most} \
-                 delayed copies are\n  independent; a sum of k sinusoids has 2k, a constant \
-                 none.\n\n",
-                self.input_hold
+                "  Order of persistent excitation: how many of {most} delayed copies are\n  \
+                 independent; a sum of k sinusoids has 2k, a constant none.\n\n"
             )
+    }
+
+    /// What inputs and imposed coordinates do between samples.
+    fn between_samples(&self) -> String {
+        let held = format!("  Held {} between samples.\n", self.input_hold);
+        let imposed: Vec<_> =
+            self.inputs.iter().filter(|u| u.imposed).map(|u| u.name.as_str()).collect();
+        let all = imposed.len() == self.inputs.len();
+        let smooth = format!(
+            "  Imposed motion, along its smoothed path between samples: {}.\n",
+            imposed.join(", ")
+        );
+        match (all, imposed.is_empty()) {
+            (true, _) => smooth,
+            (false, true) => held,
+            (false, false) => held + &smooth,
+        }
     }
 }

@@ -76,7 +76,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     let outcome = outcome?;
     let augmented = model.augmented_text(&outcome.augmentation)?;
-    let proofs = diagnose::proofs(&training, &outcome.proofs);
+    let proofs = diagnose::proofs(&model, &training, &outcome.proofs);
     diagnose::write(&a.out, &outcome.diagnosis, &augmented, &proofs)?;
     say!("{}", report::summary(&outcome.diagnosis, colour()))?;
 

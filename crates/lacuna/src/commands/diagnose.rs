@@ -9,8 +9,9 @@ use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::discrepancy::diagnose::{self, Options, Proof};
 use lacuna::discrepancy::diagnosis::{Diagnosis, Verdict};
-use lacuna::discrepancy::{Dataset, Output, Scope, Selector, Watch};
+use lacuna::discrepancy::{Dataset, Observed, Output, Scope, Selector, Watch};
 use lacuna::plants::Model;
+use lacuna::plants::model::Measured;
 use lacuna::recordings::RecordingSource;
 use lacuna::report;
 use std::path::{Path, PathBuf};
@@ -87,7 +88,7 @@ pub fn run(a: &Arguments) -> Outcome {
     let outcome = outcome?;
     if let Some(folder) = &a.out {
         let augmented = model.augmented_text(&outcome.augmentation)?;
-        let proofs = proofs(&training, &outcome.proofs);
+        let proofs = proofs(&model, &training, &outcome.proofs);
         write(folder, &outcome.diagnosis, &augmented, &proofs)?;
         if a.figures {
             write_figures(folder, &outcome.diagnosis, &proofs)?;
@@ -154,7 +155,7 @@ fn write_figures(
 }
 
 /// The series that the report draws.
-pub fn proofs(data: &Dataset, proofs: &[Proof]) -> Vec<report::Proof> {
+pub fn proofs(model: &Model, data: &Dataset, proofs: &[Proof]) -> Vec<report::Proof> {
     let series = |p: &Proof, k: usize, output: &Output| report::Proof {
         recording: p.observed.name.clone(),
         channel: output.name.clone(),
@@ -163,9 +164,29 @@ pub fn proofs(data: &Dataset, proofs: &[Proof]) -> Vec<report::Proof> {
         measured: p.observed.outputs[k].clone(),
         before: p.before.outputs[k].clone(),
         after: p.after.outputs[k].clone(),
+        imposed: imposed(model, output, &p.observed),
     };
     proofs
         .iter()
         .flat_map(|p| data.outputs.iter().enumerate().map(move |(k, o)| series(p, k, o)))
         .collect()
+}
+
+/// The imposed motion that an output is drawn against: all of it, where it may be a force on it.
+fn imposed(model: &Model, output: &Output, observed: &Observed) -> Vec<report::Imposed> {
+    let n = model.coordinates.len();
+    let of = |c: usize| {
+        let motion = model.motion_index(c)?;
+        Some([(c, motion), (c + n, motion + 1)].map(|(state, column)| report::Imposed {
+            name: model.state_name(state).to_owned(),
+            unit: model.state_unit(state),
+            values: observed.command(column),
+        }))
+    };
+    let all = || model.imposed().filter_map(of).flatten().collect();
+    match output.of {
+        Measured::Force(c) => of(c).into_iter().flatten().collect(),
+        Measured::Output(_) => all(),
+        Measured::State(_) | Measured::Input(_) => vec![],
+    }
 }

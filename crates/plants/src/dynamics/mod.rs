@@ -145,7 +145,8 @@ pub trait BoundDynamics<T: Number>: Debug + Send + Sync {
         self.evaluate(&mut self.room(), variables, rates);
     }
 
-    /// The outputs of its own ([`Dynamics::outputs`] entries) at `variables`.
+    /// The outputs of its own ([`Dynamics::outputs`] entries) at `variables`, after which the
+    /// forces stand that impose motion ([`crate::Model::imposed`]), one an imposed coordinate.
     fn observe(&self, variables: &[T], outputs: &mut [T]) {
         let _ = variables;
         outputs.fill(T::constant(f64::NAN));
@@ -165,24 +166,6 @@ pub struct Room<T> {
     pub numbers: Vec<T>,
     /// Plain numbers.
     pub plain: Vec<f64>,
-}
-
-/// Kinds of numbers that dynamics are evaluated in.
-pub trait Evaluated: Number {
-    /// Set the parameters of dynamics.
-    fn bind(dynamics: &dyn Dynamics, parameters: &[Self]) -> Bound<Self>;
-}
-
-impl Evaluated for f64 {
-    fn bind(dynamics: &dyn Dynamics, parameters: &[Self]) -> Bound {
-        dynamics.bind(parameters)
-    }
-}
-
-impl Evaluated for Dual {
-    fn bind(dynamics: &dyn Dynamics, parameters: &[Self]) -> Bound<Self> {
-        dynamics.bind_dual(parameters)
-    }
 }
 
 /// Where equations of motion are evaluated.

@@ -11,5 +11,5 @@ mod token;
 
 pub use graph::{Binary, Graph, Node, NodeId, Unary};
 pub use parse::{ExpressionError, Problem, nearest, parse};
-pub(crate) use parse::{is_function, names_in};
+pub(crate) use parse::{FORCE_ON, is_function, names_in};
 pub use program::{Bound, Program};

@@ -49,6 +49,17 @@ pub enum Problem {
         /// The nearest name that is declared.
         suggestion: Option<String>,
     },
+    /// The force on something that nothing moves from outside.
+    #[error(
+        "'force on {channel}' is known of an imposed coordinate alone; {}",
+        imposed_ones(imposed)
+    )]
+    UnknownForce {
+        /// What it is said to act on.
+        channel: String,
+        /// The imposed coordinates.
+        imposed: Vec<String>,
+    },
     /// A function that does not exist.
     #[error("unknown function '{name}': there are {FUNCTIONS}")]
     UnknownFunction {
@@ -84,6 +95,16 @@ fn meant(suggestion: Option<&str>) -> String {
 const FUNCTIONS: &str =
     "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs sign min max";
 const MAX_DEPTH: usize = 200;
+
+/// What stands before the name of an imposed coordinate in the name of the force that moves it.
+pub(crate) const FORCE_ON: &str = "force on ";
+
+fn imposed_ones(names: &[String]) -> String {
+    match names {
+        [] => "here there is none".to_owned(),
+        names => format!("there are {}", names.join(", ")),
+    }
+}
 
 /// Parse `text` into `graph`. `lookup` gives the node of a declared name; `names` lists
 /// them for suggestions.
@@ -219,6 +240,9 @@ impl Parser<'_> {
                 if name == "pi" {
                     return Ok(self.graph.constant(std::f64::consts::PI));
                 }
+                if let Some(channel) = self.force_on(&name) {
+                    return self.force(&channel);
+                }
                 (self.lookup)(self.graph, &name).ok_or_else(|| {
                     let suggestion = nearest(&name, self.names);
                     self.error(Problem::UnknownName { name, suggestion }, here)
@@ -231,6 +255,27 @@ impl Parser<'_> {
             }
             _ => Err(self.expected("a number, a name or '('")),
         }
+    }
+
+    /// The channel of `force on CHANNEL`, after its first word; two names never follow one another
+    /// otherwise.
+    fn force_on(&self, first: &str) -> Option<String> {
+        let word = |k: usize| match &self.tokens.get(self.at + k)?.token {
+            Token::Name(name) => Some(name.as_str()),
+            _ => None,
+        };
+        let is = first == "force" && word(0) == Some("on");
+        word(1).filter(|_| is).map(str::to_owned)
+    }
+
+    fn force(&mut self, channel: &str) -> Result<NodeId, ExpressionError> {
+        let at = self.at + 1;
+        self.at += 2;
+        (self.lookup)(self.graph, &format!("{FORCE_ON}{channel}")).ok_or_else(|| {
+            let forces = self.names.iter().filter_map(|name| name.strip_prefix(FORCE_ON));
+            let (channel, imposed) = (channel.to_owned(), forces.map(str::to_owned).collect());
+            self.error(Problem::UnknownForce { channel, imposed }, at)
+        })
     }
 
     fn call(&mut self, name: &str, at: usize) -> Result<NodeId, ExpressionError> {

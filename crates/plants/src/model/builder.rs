@@ -209,7 +209,13 @@ impl Builder {
     #[must_use]
     pub fn coordinate(mut self, name: &str, velocity: &str, unit: &str) -> Self {
         let (name, velocity, unit) = (name.to_owned(), velocity.to_owned(), unit.to_owned());
-        self.coordinates.push(Coordinate { name, velocity, unit, force_unit: None });
+        self.coordinates.push(Coordinate {
+            name,
+            velocity,
+            unit,
+            force_unit: None,
+            imposed: false,
+        });
         self
     }
 
@@ -224,6 +230,16 @@ impl Builder {
         self
     }
 
+    /// The motion of the coordinate declared last is imposed from outside ([`Model::imposed`]): its
+    /// position must be recorded. Without a coordinate it says nothing.
+    #[must_use]
+    pub fn imposed(mut self) -> Self {
+        if let Some(coordinate) = self.coordinates.last_mut() {
+            coordinate.imposed = true;
+        }
+        self
+    }
+
     /// A first-order state.
     #[must_use]
     pub fn state(mut self, name: &str, unit: &str) -> Self {
@@ -231,8 +247,8 @@ impl Builder {
         self
     }
 
-    /// A column of the recordings that measures a coordinate, velocity, state or input in a unit
-    /// of its own (empty: that of the quantity). Columns with the names of channels need not be
+    /// A column of the recordings that measures a coordinate, velocity, state, input or, as
+    /// `force on x`, the force on an imposed coordinate x, in a unit of its own (empty: that of the quantity). Columns with the names of channels need not be
     /// declared.
     #[must_use]
     pub fn measurement(mut self, column: &str, of: &str, unit: &str) -> Self {
@@ -419,11 +435,13 @@ fn measurement(
 ) -> Result<Measurement, BuildError> {
     let states = (0..model.machine_states()).map(|i| (model.state_name(i), Measured::State(i)));
     let inputs = model.inputs.iter().enumerate().map(|(j, i)| (&*i.name, Measured::Input(j)));
-    let known: Vec<_> = states.chain(inputs).collect();
+    let forces = model.imposed().map(|c| (model.force_name(c), Measured::Force(c)));
+    let named = states.chain(inputs).map(|(name, of)| (name.to_owned(), of));
+    let known: Vec<_> = named.chain(forces).collect();
     match known.iter().find(|(name, _)| *name == of) {
         Some(&(_, measured)) => Ok(Measurement { column, unit, of: measured, text: of }),
         None => {
-            let known = known.iter().map(|(name, _)| (*name).to_owned()).collect();
+            let known = known.into_iter().map(|(name, _)| name).collect();
             Err(BuildError::Measured { column, of, known })
         }
     }

@@ -2,6 +2,28 @@
 
 use lacuna_numbers::Number;
 
+/// Make the rows of coordinates whose accelerations are given say just that, and move their
+/// inertia to the other rows: `force_f <- force_f - M_fc a_c`.
+#[inline(always)]
+pub(super) fn impose<T: Number>(
+    imposed: &[usize],
+    acceleration: impl Fn(usize) -> T,
+    mass: &mut [T],
+    force: &mut [T],
+) {
+    let n = force.len();
+    for (k, &c) in imposed.iter().enumerate() {
+        let a = acceleration(k);
+        for (f, force) in force.iter_mut().enumerate() {
+            *force = *force - mass[f * n + c] * a;
+            mass[f * n + c] = T::constant(0.0);
+            mass[c * n + f] = T::constant(0.0);
+        }
+        mass[c * n + c] = T::constant(1.0);
+        force[c] = a;
+    }
+}
+
 /// `force <- mass^-1 force`; not finite where the mass matrix is singular. Both are
 /// overwritten. Gaussian elimination with pivoting; one and two coordinates, the usual
 /// sizes in a hot loop, by formula.

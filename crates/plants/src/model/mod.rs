@@ -28,7 +28,11 @@ pub use write::{Augmentation, NewEffect};
 
 use crate::Hold;
 use crate::dynamics::{Dynamics, Mass};
+use crate::expression::FORCE_ON;
+use crate::input::{InputPath, MOTION};
 use lacuna_effects::{Channel, Effect, Law, Variable};
+use lacuna_numbers::Linear;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What is believed of a machine.
@@ -113,6 +117,8 @@ pub struct Coordinate {
     pub unit: String,
     /// Unit of its generalised force, where the model states it ([`Model::force_unit`]).
     pub force_unit: Option<String>,
+    /// Whether its motion is imposed from outside ([`Model::imposed`]).
+    pub imposed: bool,
 }
 
 /// An effect of the catalogue in this model.
@@ -165,6 +171,8 @@ pub enum Measured {
     State(usize),
     /// An input.
     Input(usize),
+    /// The force on an imposed coordinate ([`Model::imposed`]).
+    Force(usize),
     /// An output of the dynamics' own ([`Dynamics::outputs`]): in a model file, an expression.
     Output(usize),
 }
@@ -186,6 +194,62 @@ impl Model {
     #[must_use]
     pub fn machine_states(&self) -> usize {
         2 * self.coordinates.len() + self.states.len()
+    }
+
+    /// Coordinates whose motion is imposed: an actuator moves them along a recorded path with
+    /// whatever force f that takes, as a test rig moves a damper. With the other coordinates,
+    ///
+    /// ```text
+    /// M q'' = F + r + f
+    /// ```
+    ///
+    /// where f is 0 on a coordinate that is free. On an imposed one q, q' and q'' are known, and
+    /// what the model says is f, "force on q": positive where it pushes towards larger q, so that
+    /// a spring is held at q > 0 by a positive force. `-force on q` is what the machine does to its
+    /// actuator.
+    pub fn imposed(&self) -> impl Iterator<Item = usize> + '_ {
+        self.coordinates.iter().enumerate().filter(|(_, c)| c.imposed).map(|(i, _)| i)
+    }
+
+    /// Whether a force channel is a coordinate whose motion is imposed.
+    #[must_use]
+    pub fn is_imposed(&self, channel: usize) -> bool {
+        self.coordinates.get(channel).is_some_and(|c| c.imposed)
+    }
+
+    /// Whether an entry of the machine's state is the position or velocity of an imposed
+    /// coordinate.
+    #[must_use]
+    pub fn is_imposed_state(&self, index: usize) -> bool {
+        let n = self.coordinates.len();
+        index < 2 * n && self.is_imposed(index % n)
+    }
+
+    /// Length of a row of inputs: the inputs, then position, velocity and acceleration of each
+    /// imposed coordinate.
+    #[must_use]
+    pub fn input_width(&self) -> usize {
+        self.inputs.len() + MOTION * self.imposed().count()
+    }
+
+    /// Where the motion of an imposed coordinate begins in a row of inputs; none of a free one.
+    #[must_use]
+    pub fn motion_index(&self, coordinate: usize) -> Option<usize> {
+        let place = self.imposed().position(|c| c == coordinate)?;
+        Some(self.inputs.len() + MOTION * place)
+    }
+
+    /// Sampled rows of inputs along the steps between the samples of a range, each taken in
+    /// `substeps` Runge-Kutta steps.
+    #[must_use]
+    pub fn inputs_along<T: Linear>(
+        &self,
+        series: (&[f64], &[T]),
+        range: Range<usize>,
+        substeps: usize,
+    ) -> InputPath<T> {
+        let width = (self.inputs.len(), self.imposed().count());
+        self.hold.along_motion(series, range, width, substeps)
     }
 
     /// Name of a force channel.
@@ -227,6 +291,12 @@ impl Model {
     pub fn places(&self, effect: &Effect, channel: usize, other: Option<usize>) -> Vec<Channel> {
         let of_other = |o| if effect.names_input() { Channel::input(o) } else { self.place(o) };
         std::iter::once(self.place(channel)).chain(other.map(of_other)).collect()
+    }
+
+    /// What measurements call the force on a coordinate.
+    #[must_use]
+    pub fn force_name(&self, coordinate: usize) -> String {
+        format!("{FORCE_ON}{}", self.channel_name(coordinate))
     }
 
     /// Name of an entry of the machine's state.
@@ -304,11 +374,11 @@ impl Model {
         self.parameters.iter().map(|p| p.value).collect()
     }
 
-    /// The effective inputs (row-major, as `commands`) after the input effects of this model.
+    /// The effective inputs (row-major, as `commands`, with imposed motion) after the input effects of this model.
     #[must_use]
     pub fn effective_inputs(&self, times: &[f64], commands: &[f64]) -> Vec<f64> {
         let effects = SeriesEffect::inputs(&self.effects);
-        effective_inputs(&effects, self.inputs.len(), times, commands.to_vec())
+        effective_inputs(&effects, self.input_width(), times, commands.to_vec())
     }
 
     /// What the sensors make of an entry of the machine's state.

@@ -1,7 +1,7 @@
 //! What the recordings see of the machine's state.
 
-use super::{Measured, Model};
-use crate::dynamics::{Bound, Dynamics, Evaluated, Sizes};
+use super::{Measured, Model, System};
+use crate::dynamics::{Dynamics, Sizes};
 use lacuna_numbers::Number;
 use std::sync::Arc;
 
@@ -11,52 +11,73 @@ pub struct Observation {
     dynamics: Arc<dyn Dynamics>,
     sizes: Sizes,
     measured: Vec<Measured>,
-    /// Whether all are entries of the state or inputs, as most are.
-    plain: bool,
+    /// The imposed coordinates.
+    imposed: Vec<usize>,
+    /// Whether an output of the dynamics' own is measured.
+    own: bool,
+    /// Whether what is measured can hold a force on an imposed coordinate.
+    forces: bool,
 }
 
 impl Observation {
     /// What is measured, in this order.
     #[must_use]
     pub fn of(model: &Model, measured: &[Measured]) -> Self {
-        let plain = !measured.iter().any(|m| matches!(m, Measured::Output(_)));
         let dynamics = model.dynamics.clone();
-        Self { sizes: dynamics.sizes(), dynamics, measured: measured.to_vec(), plain }
+        let imposed: Vec<usize> = model.imposed().collect();
+        let any = |of: fn(&Measured) -> bool| measured.iter().any(of);
+        let own = any(|m| matches!(m, Measured::Output(_)));
+        let forces = !imposed.is_empty() && (own || any(|m| matches!(m, Measured::Force(_))));
+        let measured = measured.to_vec();
+        Self { sizes: dynamics.sizes(), dynamics, measured, imposed, own, forces }
     }
 
-    /// Set the parameters.
+    /// Whether what is measured can hold a force on an imposed coordinate: it is then moved by
+    /// effects at once, not only by what they do to the state.
     #[must_use]
-    pub fn bind<T: Evaluated>(&self, parameters: &[T]) -> Bound<T> {
-        T::bind(&*self.dynamics, parameters)
+    pub fn sees_forces(&self) -> bool {
+        self.forces
     }
 
-    /// The measured quantities at a state (memory beyond the machine's state is ignored).
+    /// The measured quantities of a system at a whole state and a row of inputs.
     pub fn evaluate<T: Number>(
         &self,
-        bound: &Bound<T>,
+        system: &System<T>,
         t: f64,
         state: &[T],
         u: &[T],
         out: &mut [T],
     ) {
-        let own = if self.plain { vec![] } else { self.outputs(bound, t, state, u) };
+        let forces = if self.forces { system.imposing((t, state, u)) } else { vec![] };
+        let own = if self.own { self.outputs(system, (t, state, u), &forces) } else { vec![] };
         for (out, m) in out.iter_mut().zip(&self.measured) {
             *out = match *m {
                 Measured::State(i) => state[i],
                 Measured::Input(j) => u[j],
+                Measured::Force(c) => self.force_on(c, &forces),
                 Measured::Output(k) => own[k],
             };
         }
     }
 
+    /// The force on a coordinate; nothing but its own motion moves a free one.
+    fn force_on<T: Number>(&self, coordinate: usize, forces: &[T]) -> T {
+        let place = self.imposed.iter().position(|c| *c == coordinate);
+        place.map_or(T::constant(0.0), |k| forces[k])
+    }
+
     /// The outputs of the dynamics' own.
-    fn outputs<T: Number>(&self, bound: &Bound<T>, t: f64, state: &[T], u: &[T]) -> Vec<T> {
-        let mut variables = Vec::with_capacity(self.sizes.variables());
-        variables.extend_from_slice(&state[..self.sizes.machine_states()]);
-        variables.extend_from_slice(u);
-        variables.push(T::constant(t));
+    fn outputs<T: Number>(
+        &self,
+        system: &System<T>,
+        at: (f64, &[T], &[T]),
+        forces: &[T],
+    ) -> Vec<T> {
+        let mut variables = vec![T::constant(0.0); self.sizes.variables()];
+        system.variables(at, &mut variables);
+        variables.extend_from_slice(forces);
         let mut outputs = vec![T::constant(0.0); self.dynamics.outputs()];
-        bound.observe(&variables, &mut outputs);
+        system.bound().observe(&variables, &mut outputs);
         outputs
     }
 }

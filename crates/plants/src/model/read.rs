@@ -13,7 +13,7 @@ use super::{
 };
 use crate::Hold;
 use crate::dynamics::{Equations, Nodes, Sizes};
-use crate::expression::{Graph, NodeId, parse};
+use crate::expression::{FORCE_ON, Graph, NodeId, parse};
 use define::Definitions;
 use effect::RawEffect;
 use indexmap::IndexMap;
@@ -88,6 +88,14 @@ struct RawCoordinate {
     #[serde(default)]
     unit: String,
     force_unit: Option<Spanned<String>>,
+    #[serde(default)]
+    imposed: Option<Spanned<bool>>,
+}
+
+impl RawCoordinate {
+    fn is_imposed(&self) -> bool {
+        self.imposed.as_ref().is_some_and(|imposed| *imposed.get_ref())
+    }
 }
 
 #[derive(Deserialize)]
@@ -184,11 +192,14 @@ struct Reader<'a> {
 }
 
 /// The declared names: those of variables in the order of their slots, and definitions.
+#[derive(Clone)]
 struct Names {
     list: Vec<String>,
     sizes: Sizes,
     /// Definitions that are read.
     defined: Vec<(String, NodeId)>,
+    /// The imposed coordinates.
+    imposed: Vec<usize>,
 }
 
 impl Names {
@@ -206,7 +217,16 @@ impl Names {
         self.list.iter().chain(self.defined.iter().map(|(name, _)| name)).cloned().collect()
     }
 
-    /// The entry of the machine's state, or the input, of that name.
+    /// The same with the forces that impose motion, which only measurements know of.
+    fn with_forces(&self) -> Self {
+        let mut all = self.clone();
+        let coordinates = &self.list[self.sizes.parameters..];
+        let forces = self.imposed.iter().map(|&c| format!("{FORCE_ON}{}", coordinates[c]));
+        all.list.extend(forces);
+        all
+    }
+
+    /// The entry of the machine's state, the input, or the force of that name.
     fn measured(&self, name: &str) -> Option<Measured> {
         let slot = self.list.iter().position(|n| n == name)?;
         let (variable, states) =
@@ -214,7 +234,11 @@ impl Names {
         match variable {
             i if i < states => Some(Measured::State(i)),
             j if j < states + self.sizes.inputs => Some(Measured::Input(j - states)),
-            _ => None,
+            // After time.
+            k => {
+                let force = k.checked_sub(self.sizes.variables())?;
+                self.imposed.get(force).copied().map(Measured::Force)
+            }
         }
     }
 }
@@ -243,12 +267,14 @@ impl Reader<'_> {
         let mut nodes = Nodes::default();
         self.define(&raw.define, &mut nodes.graph, &mut names)?;
         self.equations(&raw, &names, &mut nodes)?;
+        let seen = names.with_forces();
         let measurements: Vec<Measurement> = raw
             .measurement
             .iter()
-            .map(|m| self.measurement(m, &mut nodes, &names))
+            .map(|m| self.measurement(m, &mut nodes, &seen))
             .collect::<Result<_, _>>()?;
         self.check_measured_inputs(&raw.measurement, &measurements)?;
+        self.check_imposed(&raw, &names, &measurements)?;
         if nodes.graph.nodes().len() > LARGEST {
             return Err(self.whole("the model's expressions hold more than 60 000 operations"));
         }
@@ -311,7 +337,9 @@ impl Reader<'_> {
             states: raw.state.len(),
             inputs: raw.input.len(),
         };
-        Ok(Names { list, sizes, defined: vec![] })
+        let imposed = raw.coordinate.iter().enumerate().filter(|(_, c)| c.is_imposed());
+        let imposed = imposed.map(|(i, _)| i).collect();
+        Ok(Names { list, sizes, defined: vec![], imposed })
     }
 
     fn unknown_parameter(&self, raw: &File, name: &str, model: &Model) -> ModelError {
@@ -464,6 +492,41 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// The motion of an imposed coordinate is that of its recorded position, and what the model
+    /// says of it must be measured.
+    fn check_imposed(
+        &self,
+        raw: &File,
+        names: &Names,
+        measurements: &[Measurement],
+    ) -> Result<(), ModelError> {
+        let n = names.sizes.coordinates;
+        let measured = |of: Measured| measurements.iter().position(|m| m.of == of);
+        for &c in &names.imposed {
+            let rate = measured(Measured::State(c + n));
+            if let (Some(rate), None) = (rate, measured(Measured::State(c))) {
+                let message = format!(
+                    "'{}' is the velocity of an imposed coordinate, whose motion is taken from its \
+                     position: a measurement of '{}' is expected",
+                    names.list[names.sizes.parameters + n + c],
+                    names.list[names.sizes.parameters + c]
+                );
+                return Err(self.error(raw.measurement[rate].of.span(), message));
+            }
+        }
+        let said = |m: &Measurement| matches!(m.of, Measured::Force(_) | Measured::Output(_));
+        let nothing_free = names.imposed.len() == n && names.sizes.states == 0;
+        let flag = raw.coordinate.iter().find_map(|c| c.imposed.as_ref());
+        match flag.filter(|_| nothing_free && !measurements.iter().any(said)) {
+            Some(flag) => {
+                let message = "all motion is imposed, and nothing is measured that the model says: \
+                     a [[measurement]] with of = \"force on ...\" is expected";
+                Err(self.error(flag.span(), message.to_owned()))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// What the model states of the unit of a force must be what its parameters and inputs say.
     fn check_force_units(&self, model: &Model, raw: &[RawCoordinate]) -> Result<(), ModelError> {
         for (channel, coordinate) in raw.iter().enumerate() {
@@ -521,5 +584,6 @@ fn coordinate(raw: &RawCoordinate) -> Coordinate {
         velocity: raw.velocity.get_ref().clone(),
         unit: raw.unit.clone(),
         force_unit: raw.force_unit.as_ref().map(|unit| unit.get_ref().clone()),
+        imposed: raw.is_imposed(),
     }
 }

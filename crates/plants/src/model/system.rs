@@ -1,11 +1,11 @@
 //! A model compiled to be simulated: a [`Plant`] of the machine and its effects' memory.
 
 use super::force::Force;
-use super::mass::solve_mass;
+use super::mass::{impose, solve_mass};
 use super::{Model, ModelEffect};
 use crate::Plant;
 use crate::dynamics::{Bound, BoundDynamics, Room, Sizes};
-use crate::input::StepInput;
+use crate::input::{MOTION, StepInput};
 use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
 use lacuna_numbers::{Dual, LANES, Number};
 
@@ -37,7 +37,9 @@ impl Direction {
 }
 
 /// A model with its parameters and force effects set: a plant that can be simulated, in plain
-/// numbers or, with derivatives, in [`Dual`] ones.
+/// numbers or, with derivatives, in [`Dual`] ones. Its inputs are rows of
+/// [`Model::input_width`] numbers: the motion of imposed coordinates stands in them, and what their
+/// entries of the state are is taken from there.
 /// Input effects are applied to the input series beforehand
 /// ([`Model::effective_inputs`]), sensor effects to the result.
 #[derive(Clone, Debug)]
@@ -48,6 +50,8 @@ pub struct System<T: Number = f64> {
     /// Constant forces, one a channel.
     push: Vec<T>,
     memory: usize,
+    /// Coordinates whose motion is imposed.
+    imposed: Vec<usize>,
 }
 
 impl System {
@@ -66,7 +70,8 @@ impl System {
         Self::built(model, bound, effects, (push, 0.0), law, |_, e| e.internal())
     }
 
-    /// Determinant of the mass matrix at a state under some inputs; 1 without coordinates.
+    /// Determinant of the mass matrix of the coordinates that are free, at a state under some inputs;
+    /// 1 without any.
     #[must_use]
     pub fn mass_determinant(&self, state: &[f64], inputs: &[f64]) -> f64 {
         let n = self.sizes.coordinates;
@@ -75,7 +80,9 @@ impl System {
         variables.resize(self.sizes.variables(), 0.0);
         let mut outputs = vec![0.0; self.sizes.rates()];
         self.bound.evaluate_once(&variables, &mut outputs);
-        nalgebra::DMatrix::from_row_slice(n, n, &outputs[..n * n]).determinant()
+        let (mass, force) = outputs.split_at_mut(n * n);
+        impose(&self.imposed, |_| 0.0, mass, &mut force[..n]);
+        nalgebra::DMatrix::from_row_slice(n, n, mass).determinant()
     }
 }
 
@@ -127,7 +134,52 @@ impl<T: Number> System<T> {
             forces.push(Force::new(model, e, laws, internal(index, e), begin, sample));
             memory += law.memory();
         }
-        Self { bound, sizes: model.dynamics.sizes(), forces, push, memory }
+        let (sizes, imposed) = (model.dynamics.sizes(), model.imposed().collect());
+        Self { bound, sizes, forces, push, memory, imposed }
+    }
+
+    /// The dynamics, their parameters set.
+    pub(super) fn bound(&self) -> &Bound<T> {
+        &self.bound
+    }
+
+    /// Length of a row of inputs, imposed motion among them.
+    #[must_use]
+    pub fn input_width(&self) -> usize {
+        self.sizes.inputs + MOTION * self.imposed.len()
+    }
+
+    /// Set position and velocity of the imposed coordinates in a state to those of a row of inputs.
+    #[inline(always)]
+    pub fn impose(&self, u: &[T], state: &mut [T]) {
+        for (k, &c) in self.imposed.iter().enumerate() {
+            let motion = self.sizes.inputs + MOTION * k;
+            state[c] = u[motion];
+            state[c + self.sizes.coordinates] = u[motion + 1];
+        }
+    }
+
+    /// The forces that impose motion, one an imposed coordinate ([`Model::imposed`]), at a whole
+    /// state whose imposed entries are those of the row of inputs.
+    #[must_use]
+    pub fn imposing(&self, at: (f64, &[T], &[T])) -> Vec<T> {
+        let zero = T::constant(0.0);
+        let mut variables = vec![zero; self.sizes.variables()];
+        let mut outputs = vec![zero; self.sizes.rates()];
+        let mut derivative = vec![zero; self.width()];
+        self.variables(at, &mut variables);
+        self.bound.evaluate_once(&variables, &mut outputs);
+        self.push(at, &mut outputs, &mut derivative);
+        let n = self.sizes.coordinates;
+        let pushed = outputs.clone();
+        self.solve(at, &mut outputs, &mut derivative);
+        let (mass, force) = pushed.split_at(n * n);
+        let accelerations = &derivative[n..2 * n];
+        let on = |&c: &usize| {
+            let row = mass[c * n..(c + 1) * n].iter().zip(accelerations);
+            row.fold(-force[c], |sum, (m, a)| sum + *m * *a)
+        };
+        self.imposed.iter().map(on).collect()
     }
 
     /// Length of the machine's state, memory apart.
@@ -164,7 +216,7 @@ impl<T: Number> System<T> {
             outputs: vec![zero; self.sizes.rates()],
             slope: std::array::from_fn(|_| vec![zero; width]),
             stage: vec![zero; width],
-            input: vec![zero; self.sizes.inputs],
+            input: vec![zero; self.input_width()],
         }
     }
 
@@ -203,6 +255,7 @@ impl<T: Number> System<T> {
                 let sum = k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
                 *x = *x + sum * (h / 6.0);
             }
+            self.impose(&w.input, state);
         }
     }
 
@@ -224,6 +277,7 @@ impl<T: Number> System<T> {
                 *x = *x + *slope * step;
             }
         }
+        self.impose(&w.input, &mut w.stage);
         let Workspace { room, variables, outputs, slope, stage, input } = w;
         let at = (t, &stage[..], &input[..]);
         self.variables(at, variables);
@@ -234,17 +288,23 @@ impl<T: Number> System<T> {
 
     /// What the dynamics are evaluated at.
     #[inline(always)]
-    fn variables(&self, (t, state, u): (f64, &[T], &[T]), variables: &mut [T]) {
-        let machine = self.machine_states();
+    pub(super) fn variables(&self, (t, state, u): (f64, &[T], &[T]), variables: &mut [T]) {
+        let (machine, m) = (self.machine_states(), self.sizes.inputs);
         variables[..machine].copy_from_slice(&state[..machine]);
-        variables[machine..machine + u.len()].copy_from_slice(u);
-        variables[machine + u.len()] = T::constant(t);
+        variables[machine..machine + m].copy_from_slice(&u[..m]);
+        variables[machine + m] = T::constant(t);
     }
 
     /// Rates of the whole state, given what the dynamics evaluate to there.
     #[inline(always)]
-    fn rates(&self, (t, state, u): (f64, &[T], &[T]), outputs: &mut [T], derivative: &mut [T]) {
-        let machine = self.machine_states();
+    fn rates(&self, at: (f64, &[T], &[T]), outputs: &mut [T], derivative: &mut [T]) {
+        self.push(at, outputs, derivative);
+        self.solve(at, outputs, derivative);
+    }
+
+    /// Add forces and effects to what the dynamics evaluate to, and write the memory's rates.
+    #[inline(always)]
+    fn push(&self, (t, state, u): (f64, &[T], &[T]), outputs: &mut [T], derivative: &mut [T]) {
         let n = self.sizes.coordinates;
         let (mass, force) = outputs.split_at_mut(n * n);
         for (f, p) in force.iter_mut().zip(&self.push) {
@@ -253,6 +313,16 @@ impl<T: Number> System<T> {
         for f in &self.forces {
             f.add((t, state, u), (n, mass), force, derivative);
         }
+    }
+
+    /// Rates of the machine's state.
+    #[inline(always)]
+    fn solve(&self, (_, state, u): (f64, &[T], &[T]), outputs: &mut [T], derivative: &mut [T]) {
+        let machine = self.machine_states();
+        let n = self.sizes.coordinates;
+        let (mass, force) = outputs.split_at_mut(n * n);
+        let acceleration = |k: usize| u[self.sizes.inputs + MOTION * k + 2];
+        impose(&self.imposed, acceleration, mass, &mut force[..n]);
         solve_mass(mass, &mut force[..n]);
         derivative[..n].copy_from_slice(&state[n..2 * n]);
         derivative[n..machine].copy_from_slice(force);
@@ -316,7 +386,7 @@ impl Plant for System {
     }
 
     fn inputs(&self) -> usize {
-        self.sizes.inputs
+        self.input_width()
     }
 
     fn states(&self) -> usize {
@@ -324,6 +394,18 @@ impl Plant for System {
     }
 
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], derivative: &mut [f64]) {
+        if !self.imposed.is_empty() {
+            let mut imposed = state.to_vec();
+            self.impose(u, &mut imposed);
+            return self.derivative_at((t, &imposed, u), derivative);
+        }
+        self.derivative_at((t, state, u), derivative);
+    }
+}
+
+impl System {
+    /// Rates of a state whose imposed entries are those of the inputs.
+    fn derivative_at(&self, (t, state, u): (f64, &[f64], &[f64]), derivative: &mut [f64]) {
         let (variables, outputs) = (self.sizes.variables(), self.sizes.rates());
         let mut rates = |v: &mut [f64], o: &mut [f64]| {
             self.variables((t, state, u), v);

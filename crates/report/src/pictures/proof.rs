@@ -1,10 +1,10 @@
 //! A held-out recording: what was measured, what the model says, and what is left.
 
 use super::{Drawing, Picture};
-use crate::Proof;
 use crate::autocorrelation::Autocorrelation;
 use crate::number::{percent, plain};
 use crate::thin::{POINTS, thin};
+use crate::{Imposed, Proof};
 use lacuna_charts::{Axis, Band, Colour, Figure, Line, Style};
 use lacuna_discrepancy::Diagnosis;
 
@@ -13,6 +13,8 @@ const DRAWN: usize = 60;
 /// Points of all lines together, at most nine bytes each, and lines of a series.
 const BUDGET: usize = 240_000;
 const LINES: usize = 5;
+/// Samples of a loop that are drawn at most: more of them lie upon one another.
+const LOOP: usize = 600;
 /// Residuals before are cut off beyond this many times what is left after, which they would
 /// flatten.
 const CUT: f64 = 6.0;
@@ -37,6 +39,7 @@ pub(crate) fn shown<'a>(d: &Diagnosis, series: &'a [Proof]) -> Shown<'a> {
         let (before, after) = (residual(proof, &proof.before), residual(proof, &proof.after));
         let mut pictures = vec![run(proof, points), left(proof, (&before, &after), noise, points)];
         pictures.extend(autocorrelation(proof, &before, &after));
+        pictures.extend(proof.imposed.iter().map(|over| force_loop(proof, over)));
         Series { proof, pictures }
     };
     Shown { drawn: drawn.iter().map(one).collect(), left: series.len() - drawn.len() }
@@ -74,6 +77,34 @@ fn run(p: &Proof, points: usize) -> Picture {
         ..Figure::new(Axis::linear("time", "s"), Axis::linear(&p.channel, &p.unit))
     };
     picture(p, "proof", "Measured, and the model running free".to_owned(), figure)
+}
+
+/// A force against the motion that was imposed, in the middle of the recording.
+fn force_loop(p: &Proof, over: &Imposed) -> Picture {
+    let samples = over.values.len().min(p.time.len());
+    let first = (samples - samples.min(LOOP)) / 2;
+    let line = |label, colour, style, values: &[f64]| {
+        let points = over.values.iter().copied().zip(values.iter().copied());
+        Line::new(label, colour, style, points.skip(first).take(LOOP).collect())
+    };
+    let figure = Figure {
+        description: format!(
+            "{} of {} against the imposed {}: measured, model before and model after, the middle {} \
+             of {samples} samples.",
+            p.channel,
+            p.recording,
+            over.name,
+            samples.min(LOOP)
+        ),
+        lines: vec![
+            line("model before", Colour::Vermilion, Style::Dashed, &p.before),
+            line("measured", Colour::Ink, Style::Broad, &p.measured),
+            line("model after", Colour::Blue, Style::Solid, &p.after),
+        ],
+        within: view(p),
+        ..Figure::new(Axis::linear(&over.name, &over.unit), Axis::linear(&p.channel, &p.unit))
+    };
+    picture(p, "loop", format!("{} against {}", p.channel, over.name), figure)
 }
 
 /// The measured values with one span around them: a model that runs away must not flatten

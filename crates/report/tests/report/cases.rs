@@ -239,5 +239,6 @@ pub fn proof(recording: &str, channel: &str, samples: usize) -> Proof {
         before: of(&|t| 1.35 * truth(t - 0.09) + 0.004 * t),
         after: of(&|t| truth(t) + 3e-4 * t.sin()),
         time,
+        ..Proof::default()
     }
 }

@@ -165,6 +165,8 @@ impl Marks {
 pub struct Input {
     pub name: String,
     pub column: String,
+    /// Whether it is a coordinate whose motion is imposed.
+    pub imposed: bool,
     #[serde(flatten)]
     pub conversion: Conversion,
     pub range: [f64; 2],
@@ -218,22 +220,34 @@ pub fn channels(
     data.outputs.iter().enumerate().map(channel).collect()
 }
 
-/// The inputs.
+/// What drives the model from outside: a name, its unit, what is recorded of it, and its column of
+/// the commands.
+type Driver = (String, String, Measured, usize);
+
+/// The inputs, then the imposed coordinates.
 pub fn inputs(
     model: &Model,
     recordings: &[Recording],
     data: &Dataset,
 ) -> Result<Vec<Input>, Box<dyn Error>> {
-    let input = |(j, quantity): (usize, &lacuna::plants::model::RecordedInput)| {
-        let (column, column_unit) = column_of(model, Measured::Input(j), &quantity.name);
-        let series: Vec<Vec<f64>> = data.recordings.iter().map(|r| r.command(j)).collect();
+    let commanded = model.inputs.iter().enumerate().map(|(j, input)| -> Driver {
+        (input.name.clone(), input.unit.clone(), Measured::Input(j), j)
+    });
+    let imposed = model.imposed().filter_map(|c| -> Option<Driver> {
+        let (name, unit) = (model.state_name(c).to_owned(), model.state_unit(c));
+        Some((name, unit, Measured::State(c), model.motion_index(c)?))
+    });
+    let input = |(name, unit, of, at): Driver| {
+        let (column, column_unit) = column_of(model, of, &name);
+        let series: Vec<Vec<f64>> = data.recordings.iter().map(|r| r.command(at)).collect();
         let slices: Vec<&[f64]> = series.iter().map(Vec::as_slice).collect();
         let stretches = stretches(recordings, &slices);
         let excitation = excitation(&series);
         Ok(Input {
-            conversion: conversion(&recordings[0], &column, &column_unit, &quantity.unit)?,
-            name: quantity.name.clone(),
+            conversion: conversion(&recordings[0], &column, &column_unit, &unit)?,
+            name,
             column,
+            imposed: matches!(of, Measured::State(_)),
             range: whole(&stretches),
             rms: excitation.rms,
             sd: excitation.sd,
@@ -242,21 +256,27 @@ pub fn inputs(
             series,
         })
     };
-    model.inputs.iter().enumerate().map(input).collect()
+    commanded.chain(imposed).map(input).collect()
 }
 
-/// Coordinates, velocities and states that no column measures directly.
+/// Coordinates, velocities and states that no column measures directly and nothing imposes.
 pub fn not_measured(model: &Model, data: &Dataset) -> Vec<String> {
     (0..model.machine_states())
-        .filter(|&i| data.output_of_state(i).is_none())
+        .filter(|&i| data.output_of_state(i).is_none() && !model.is_imposed_state(i))
         .map(|i| model.state_name(i).to_owned())
         .collect()
 }
 
 /// Columns of any recording that are neither time nor a channel nor an input.
-pub fn not_used(recordings: &[Recording], channels: &[Channel], inputs: &[Input]) -> Vec<String> {
-    let used: Vec<&String> =
-        channels.iter().map(|c| &c.column).chain(inputs.iter().map(|u| &u.column)).collect();
+pub fn not_used(
+    model: &Model,
+    recordings: &[Recording],
+    channels: &[Channel],
+    inputs: &[Input],
+) -> Vec<String> {
+    let declared = model.measurements.iter().map(|m| &m.column);
+    let found = channels.iter().map(|c| &c.column).chain(inputs.iter().map(|u| &u.column));
+    let used: Vec<&String> = declared.chain(found).collect();
     let mut names: Vec<String> = Vec::new();
     for column in recordings.iter().flat_map(|r| &r.columns) {
         if !used.contains(&&column.name) && !names.contains(&column.name) {
@@ -268,10 +288,11 @@ pub fn not_used(recordings: &[Recording], channels: &[Channel], inputs: &[Input]
 
 /// The column that measures a quantity, and its unit where the model states one.
 fn column_of(model: &Model, of: Measured, name: &str) -> (String, String) {
-    // Where several columns measure one channel, each output carries its column's name.
-    let mut all = model.measurements.iter().filter(|m| m.of == of);
+    // Several columns may show one channel, or hold expressions: each carries its column's name.
+    let by_column = matches!(of, Measured::Force(_) | Measured::Output(_));
+    let mut all = model.measurements.iter().filter(|m| by_column || m.of == of);
     let own = all.clone().find(|m| m.column == name);
-    match own.or_else(|| all.next()) {
+    match own.or_else(|| all.next().filter(|_| !by_column)) {
         Some(m) => (m.column.clone(), m.unit.clone()),
         None => (name.to_owned(), String::new()),
     }

@@ -53,7 +53,15 @@ pub(super) fn effect_channel(model: &Model, effect: &Effect, name: &str) -> Resu
         }),
         Law::Sensor(_) => {
             let states = 0..model.machine_states();
-            states.clone().find(|&i| model.state_name(i) == name).ok_or_else(|| {
+            let found = states.clone().find(|&i| model.state_name(i) == name);
+            if found.is_some_and(|i| model.is_imposed_state(i)) {
+                return Err(format!(
+                    "{} acts on a sensor, and the recorded motion of an imposed coordinate is taken \
+                     as it is",
+                    effect.class
+                ));
+            }
+            found.ok_or_else(|| {
                 let names: Vec<_> = states.map(|i| model.state_name(i)).collect();
                 format!(
                     "{} acts on a measured channel; '{name}' is none of {}",
