@@ -421,7 +421,8 @@ mod tests {
             .collect();
         let path = Hold::ZeroOrder.along_motion((&times, &values), 1..9, (1, 1), 2);
         for (at, pair) in times[1..].windows(2).enumerate() {
-            assert_eq!(path.sample(at), &values[4 * (at + 1)..4 * (at + 2)]);
+            let mut samples = path.sample(at).iter().zip(&values[4 * (at + 1)..4 * (at + 2)]);
+            assert!(samples.all(|(a, b)| (a - b).abs() < 1e-14), "{at}");
             for part in 0..=4 {
                 let mut u = [f64::NAN; 4];
                 path.step(at).at((part, 4), &mut u);

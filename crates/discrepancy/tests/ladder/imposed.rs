@@ -145,7 +145,11 @@ fn record(truth: &Model, seed: u64, run: u64, samples: usize) -> Recording {
         } else {
             1.0
         };
-        let sd = if matches!(of, Measured::State(_)) { 1e-6 } else { NOISE };
+        let sd = match *of {
+            Measured::State(i) if truth.is_imposed_state(i) => 1e-6,
+            Measured::State(_) => 2e-5,
+            _ => NOISE,
+        };
         add_gaussian_noise(&mut values, sd, &mut noise).expect("a deviation");
         let name = match (declared, of) {
             (Some(m), _) => m.column.clone(),
@@ -165,7 +169,7 @@ fn record(truth: &Model, seed: u64, run: u64, samples: usize) -> Recording {
 }
 
 fn recordings(truth: &Model, seed: u64, runs: u64) -> Vec<Recording> {
-    (0..runs).map(|run| record(truth, seed, run, 800)).collect()
+    (0..runs).map(|run| record(truth, seed, run, 1200)).collect()
 }
 
 const HIDDEN: &str = "[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"x\"\nmagnitude = 5\n\
