@@ -10,7 +10,7 @@ use crate::dry_friction::{
 };
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable,
+    Scales, Variable, coulomb_friction,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -33,6 +33,7 @@ pub(crate) static EFFECT: Effect = Effect {
             shared: |p, scales| shared(p[0] + p[1] * scales.usual_input(), 0.0, p[2]),
             begun,
         }),
+        variation_of: Some(&coulomb_friction::EFFECT),
         ..Nature::PLAIN
     },
 };

@@ -105,7 +105,8 @@ fn friction_that_grows_with_the_torque() {
         "other = \"tau\"\nmagnitude = 0.03\nshare = 0.3\nsmoothing_velocity = 0.05",
     );
     let d = conceal(ON_PENDULUM, 311, &truth);
-    names(&d, "load_friction", "q", &[("magnitude", 0.03), ("share", 0.3)]);
+    names(&d, "coulomb_friction", "q", &[("magnitude", 0.03), ("share", 0.3)]);
+    assert_eq!(d.findings[0].law.as_deref(), Some("load_friction"));
     assert_eq!(d.findings[0].other.as_deref(), Some("tau"));
     assert_eq!(d.findings[0].depends_on, ["dq", "tau"]);
     assert_eq!(d.findings[0].parameters["share"].unit, "1");
