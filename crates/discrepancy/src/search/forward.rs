@@ -84,8 +84,7 @@ impl<'p> Search<'p> {
             return None;
         }
         let left = if driven { !gone } else { best.fit.reduced() > decision.explained };
-        let says_less = |curve: &Scored| !self.beats(&base, best, curve);
-        if further && left && remainder(best, look).is_some_and(says_less) {
+        if further && left && !beats_remainder(best, look) {
             return None;
         }
         if gone {
@@ -214,14 +213,6 @@ impl<'p> Search<'p> {
         chain::grow(base, short, begun)
     }
 
-    /// Whether an effect says more than a learned curve in its place.
-    fn beats(&self, base: &Fit<'p>, best: &Tried<'p>, curve: &Scored) -> bool {
-        let effect = effect_of(&curve.term.candidate, &curve.amplitudes, &curve.term.shape);
-        let rival = self.fit_one(base, &self.shorter(base), effect);
-        // A curve that cannot be fitted says nothing.
-        rival.map_or(true, |rival| best.fit.gain_over(&rival) > 0.0)
-    }
-
     /// The best in the longest windows that it follows, with those that came close.
     fn lengthened(&self, tried: Vec<Tried<'p>>, gained: f64) -> Vec<Tried<'p>> {
         let decision = &self.decision;
@@ -286,18 +277,18 @@ pub(super) fn settles(decision: &Decision, before: &Fit, after: &Fit, share: f64
     drop > decision.relevant && (left < decision.noise - 1.0 || drop > share * excess)
 }
 
-/// What promises more than a further effect: a learned remainder. Where even with the effect the
+/// Whether a further effect says more than a learned remainder does. Where even with it the
 /// residual is no noise, the formulas so far are not quite reality's, and what is left belongs to
 /// them: a curve over the coordinate or velocity of any channel shows how much. A law of one
 /// variable is compared with curves over others than its own, which hold it as a special case.
-fn remainder<'l>(best: &Tried, look: &'l Look) -> Option<&'l Scored> {
+fn beats_remainder(best: &Tried, look: &Look) -> bool {
     let screened = look.shortlist.iter().find(|s| s.term.candidate == best.candidate);
-    let gain = screened?.gain;
+    let Some(gain) = screened.map(|s| s.gain) else { return true };
     let rival = |s: &&Scored| {
         let curve = effect_of(&s.term.candidate, &s.amplitudes, &s.term.shape);
         !curve_covers(&curve, &best.candidate)
     };
-    look.curves.iter().find(rival).filter(|curve| gain <= curve.gain)
+    look.curves.iter().find(rival).is_none_or(|curve| gain > curve.gain)
 }
 
 /// Whether an unknown function covers all that a candidate could say: a law of the same single
