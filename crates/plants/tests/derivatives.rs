@@ -51,7 +51,9 @@ const STEP: f64 = 0.01;
 fn run(model: &Model, parameters: &[f64], effects: usize, moved: f64, start: &[f64]) -> Vec<f64> {
     let mut list = model.effects.clone();
     if effects > 0 {
-        list[0].parameters[effects - 1] += moved;
+        let mut internal = list[0].internal();
+        internal[effects - 1] += moved;
+        list[0].set_internal(&internal);
     }
     let system = System::with(model, parameters, &list);
     let (mut x, mut w) = (start.to_vec(), system.workspace());
