@@ -182,7 +182,12 @@ pub fn formula(d: &Diagnosis) -> Option<String> {
     };
     if residual_over_noise < AS_NOISE {
         let fits = if is == "is" { "fits" } else { "fit" };
-        return Some(format!("{the} {fits}: what {it} {leaves} is noise"));
+        // A random force adds up: predictions miss by more than the noise, and nothing names it.
+        let what = match d.driving.forces.is_empty() {
+            true => "noise",
+            false => "a random force, which predictions cannot foresee, and noise",
+        };
+        return Some(format!("{the} {fits}: what {it} {leaves} is {what}"));
     }
     let how = match left {
         l if l < NEARLY => "nearly right",

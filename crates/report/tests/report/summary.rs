@@ -1,7 +1,7 @@
 //! The terminal summary says all that matters in lines that fit.
 
 use crate::cases::{missing, null, two_findings, unexplained};
-use lacuna_discrepancy::diagnosis::{FormulaFit, Verdict};
+use lacuna_discrepancy::diagnosis::{FormulaFit, RandomForce, Verdict};
 use lacuna_report::summary;
 
 #[test]
@@ -40,6 +40,12 @@ fn what_a_formula_leaves_is_told_beside_the_probability_of_its_class() {
         assert!(text.contains("probability 97 %"), "{text}");
     }
     assert!(told(0.004, 1.01).contains("The formula fits: what it leaves is noise."));
+    let mut driven = missing();
+    driven.formula = Some(FormulaFit { left: 0.004, residual_over_noise: 1.01 });
+    let force = RandomForce { intensity: 3.0, share: 0.1, unit: "N m s^0.5".to_owned() };
+    driven.driving.forces.insert("q".to_owned(), force);
+    let words = summary(&driven, false).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("what it leaves is a random force"), "{words}");
     assert!(told(0.3, 2.0).contains("The formula is not quite right: it leaves 30 %"));
     assert!(told(0.8, 40.0).contains("The formula is not right: it leaves 80 %"));
     let two = summary(&two_findings(), false);
