@@ -182,13 +182,7 @@ impl Dataset {
         }
         let paths = |observed: &Observed| -> Result<Vec<Path>, DiagnoseError> {
             let of = |c: usize| smoothed(&self, observed, c, Some(c + model.coordinates.len()));
-            Ok(model
-                .imposed()
-                .map(of)
-                .collect::<Result<Vec<_>, _>>()?
-                .into_iter()
-                .flatten()
-                .collect())
+            model.imposed().filter_map(|c| of(c).transpose()).collect()
         };
         let all = self.recordings.iter().map(paths).collect::<Result<Vec<_>, _>>()?;
         let m = model.inputs.len();

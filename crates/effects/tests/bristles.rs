@@ -9,35 +9,11 @@ const CLASS: &str = "lugre_friction";
 
 /// The force per unit of magnitude at the end of each RK4 step of `h` along `t -> (q, v)`.
 fn along(shape: &[f64], motion: impl Fn(f64) -> (f64, f64), h: f64, steps: usize) -> Vec<f64> {
-    let law = Force::named(CLASS);
-    let local = |t: f64| {
+    let at = |t: f64| {
         let (q, v) = motion(t);
         Local { t, q, v, ..Local::default() }
     };
-    let rate = |t: f64, z: &[f64], slope: &[f64], by: f64| {
-        let moved: Vec<f64> = z.iter().zip(slope).map(|(z, s)| z + by * s).collect();
-        let mut rate = vec![f64::NAN; z.len()];
-        law.memory_rate(shape, &local(t), &moved, &mut rate);
-        rate
-    };
-    let mut z = vec![f64::NAN; law.memory()];
-    law.memory_at_rest(&local(0.0), &mut z);
-    let still = vec![0.0; z.len()];
-    (0..steps)
-        .map(|k| {
-            let t = h * k as f64;
-            let k1 = rate(t, &z, &still, 0.0);
-            let k2 = rate(t + 0.5 * h, &z, &k1, 0.5 * h);
-            let k3 = rate(t + 0.5 * h, &z, &k2, 0.5 * h);
-            let k4 = rate(t + h, &z, &k3, h);
-            for (i, z) in z.iter_mut().enumerate() {
-                *z += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-            }
-            let mut basis = [f64::NAN];
-            law.basis(shape, &local(t + h), &z, &mut basis);
-            basis[0]
-        })
-        .collect()
+    Force::named(CLASS).along(shape, at, h, steps)
 }
 
 /// At constant speed v the bristles bend as `h (1 - exp(-v t / (travel h)))`.

@@ -11,31 +11,8 @@ const SLIP: [f64; 4] = [0.404_795, 1.277_327, 2.101_194, 3.692_635];
 
 /// The force per unit of friction at the end of each RK4 step of `h` along `t -> v`, from rest.
 fn along(travel: f64, velocity: impl Fn(f64) -> f64, h: f64, steps: usize) -> Vec<f64> {
-    let law = Force::named(CLASS);
-    let rate = |t: f64, z: &[f64], slope: &[f64], by: f64| {
-        let moved: Vec<f64> = z.iter().zip(slope).map(|(z, s)| z + by * s).collect();
-        let mut rate = vec![f64::NAN; z.len()];
-        let at = Local { t, v: velocity(t), ..Local::default() };
-        law.memory_rate(&[travel], &at, &moved, &mut rate);
-        rate
-    };
-    let mut z = vec![f64::NAN; law.memory()];
-    law.memory_at_rest(&Local::default(), &mut z);
-    let still = vec![0.0; z.len()];
-    let step = |k: usize| {
-        let t = h * k as f64;
-        let k1 = rate(t, &z, &still, 0.0);
-        let k2 = rate(t + 0.5 * h, &z, &k1, 0.5 * h);
-        let k3 = rate(t + 0.5 * h, &z, &k2, 0.5 * h);
-        let k4 = rate(t + h, &z, &k3, h);
-        for (i, z) in z.iter_mut().enumerate() {
-            *z += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-        }
-        let mut basis = [f64::NAN];
-        law.basis(&[travel], &Local::default(), &z, &mut basis);
-        basis[0]
-    };
-    (0..steps).map(step).collect()
+    let at = |t: f64| Local { t, v: velocity(t), ..Local::default() };
+    Force::named(CLASS).along(&[travel], at, h, steps)
 }
 
 /// From rest a spring that gives way as `1 - z^2` bends as `tanh(x / (s travel))`.

@@ -1,9 +1,12 @@
 //! Every effect of the catalogue in a model file: it is read, simulated, and makes a difference.
 
+mod support;
+
 use lacuna_effects::{Acts, CATALOGUE, Law};
 use lacuna_plants::integrate::rk4_sampled;
 use lacuna_plants::model::{Augmentation, NewEffect};
 use lacuna_plants::{Model, Plant, System};
+use support::read;
 
 /// Two joints, a drive of each kind, and two tanks.
 const MODEL: &str = r#"
@@ -129,10 +132,6 @@ fn with(class: &str, channel: &str, entries: &str) -> Model {
     let text =
         format!("{MODEL}\n[[effect]]\nclass = \"{class}\"\nchannel = \"{channel}\"\n{entries}\n");
     read(&text)
-}
-
-fn read(text: &str) -> Model {
-    Model::from_text(text, "model.toml").unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// What the sensors show of every state, sampled unevenly, started at `start`.

@@ -1,8 +1,11 @@
 //! Units of effects on the channels of a model: what is said of them, and what can be written.
 
+mod support;
+
 use lacuna_effects::find;
 use lacuna_plants::Model;
 use lacuna_plants::model::{Augmentation, NewEffect};
+use support::read;
 
 const MODEL: &str = r#"
 name = "motor on a slide"
@@ -31,10 +34,6 @@ name = "speed"
 unit = "m/s"
 derivative = "u - speed"
 "#;
-
-fn read(text: &str) -> Model {
-    Model::from_text(text, "model.toml").unwrap_or_else(|e| panic!("{e}"))
-}
 
 fn units(model: &Model, class: &str, channel: usize) -> Vec<String> {
     model.effect_units(find(class).expect("in the catalogue"), channel, None)

@@ -1,8 +1,11 @@
 //! Imposed motion: what moves a coordinate along its path, and what that says of the others.
 
+mod support;
+
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{Direction, Measured, ModelEffect, Observation};
 use lacuna_plants::{Model, Plant, System};
+use support::{error, read};
 
 /// A rod that a rig moves, with a mass on a spring hung on it.
 const RIG: &str = r#"
@@ -59,17 +62,6 @@ channel = "y"
 other = "x"
 stiffness = 70
 "#;
-
-fn read(text: &str) -> Model {
-    Model::from_text(text, "model.toml").unwrap_or_else(|e| panic!("{e}"))
-}
-
-fn error(text: &str) -> String {
-    match Model::from_text(text, "model.toml") {
-        Ok(_) => panic!("no error in\n{text}"),
-        Err(e) => e.to_string(),
-    }
-}
 
 fn measured(model: &Model) -> Vec<Measured> {
     model.measurements.iter().map(|m| m.of).collect()

@@ -1,6 +1,9 @@
 //! Model files: what is read is what is simulated, and mistakes are told with their place.
 
+mod support;
+
 use lacuna_plants::{Model, Plant, System, TwoLinkArm};
+use support::{error, read};
 
 const TWO_LINK: &str = r#"
 name = "two_link"
@@ -27,17 +30,6 @@ mass  = [["p1 + 2*p3*cos(q2)", "p2 + p3*cos(q2)"], ["p2 + p3*cos(q2)", "p2"]]
 force = ["tau1 + p3*sin(q2)*dq2*dq1 + p3*sin(q2)*(dq1 + dq2)*dq2 - 5.3*dq1 - 8.45*tanh(dq1)",
          "tau2 - p3*sin(q2)*dq1*dq1 - 1.1*dq2 - 2.35*tanh(dq2)"]
 "#;
-
-fn read(text: &str) -> Model {
-    Model::from_text(text, "model.toml").unwrap_or_else(|e| panic!("{e}"))
-}
-
-fn error(text: &str) -> String {
-    match Model::from_text(text, "model.toml") {
-        Ok(_) => panic!("no error in\n{text}"),
-        Err(e) => e.to_string(),
-    }
-}
 
 #[test]
 fn a_model_file_moves_as_the_arm_written_in_rust() {

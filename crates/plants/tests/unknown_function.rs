@@ -1,9 +1,12 @@
 //! Learned curves in model files: read, simulated, written, and their mistakes told.
 
+mod support;
+
 use lacuna_effects::Variable;
 use lacuna_plants::integrate::rk4_sampled;
 use lacuna_plants::model::{Augmentation, NewEffect};
-use lacuna_plants::{Model, Plant, System};
+use lacuna_plants::{Plant, System};
+use support::{error, read};
 
 const MODEL: &str = r#"
 name = "arm over a tank"
@@ -39,17 +42,6 @@ fn curve(channel: &str, over: &str, [range, force]: [&str; 2], values: &str) -> 
          from = {{ value = -2, unit = \"{range}\" }}\nto = {{ value = 2.0, unit = \"{range}\" }}\n\
          force = {{ values = {values}, unit = \"{force}\" }}\n"
     )
-}
-
-fn read(text: &str) -> Model {
-    Model::from_text(text, "model.toml").unwrap_or_else(|e| panic!("{e}"))
-}
-
-fn error(text: &str) -> String {
-    match Model::from_text(text, "model.toml") {
-        Ok(_) => panic!("no error in\n{text}"),
-        Err(e) => e.to_string(),
-    }
 }
 
 #[test]

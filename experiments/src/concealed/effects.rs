@@ -43,11 +43,7 @@ pub fn draw(
     match effect.law {
         Law::Force(_) => {
             let other = other.map(|o| scales.channels[o]);
-            let own = scales.channels[place];
-            match several().any(|e| e.class == effect.class) {
-                true => several::draw(effect.class, own, other, scales.time, rng),
-                false => force(effect.class, own, other, scales.time, rng),
-            }
+            force(effect.class, scales.channels[place], other, scales.time, rng)
         }
         Law::Input(_) => input(effect.class, scales.inputs[place], scales.time[0], rng),
         Law::Sensor(_) => {
@@ -92,6 +88,9 @@ fn force(
     let strength = log_uniform(rng, 0.1, 0.4) * c.force;
     let (half, v) = (c.half_range(), c.velocity);
     let smoothing = ("smoothing_velocity", uniform(rng, 0.005, 0.02) * v);
+    if several().any(|e| e.class == class) {
+        return several::draw(class, c, other, duration, (strength, smoothing), rng);
+    }
     // Angular frequency of the motion.
     let w = c.rate / half;
     match class {

@@ -4,7 +4,7 @@ use lacuna_effects::Effect;
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
-use super::effects::{Numbers, log_uniform, sign, uniform};
+use super::effects::{Numbers, sign, uniform};
 use super::scales::ChannelScale;
 
 /// Their classes.
@@ -35,18 +35,17 @@ pub fn nearest(class: &str) -> &'static [&'static str] {
     }
 }
 
-/// Numbers of one on a channel; `other` is the other coordinate of a coupling.
+/// Numbers of one of this strength on a channel; `other` is the other coordinate of a coupling.
 pub fn draw(
     class: &str,
     c: ChannelScale,
     other: Option<ChannelScale>,
-    [_, duration]: [f64; 2],
+    duration: f64,
+    (strength, smoothing): (f64, (&'static str, f64)),
     rng: &mut ChaCha8Rng,
 ) -> Numbers {
-    let strength = log_uniform(rng, 0.1, 0.4) * c.force;
     let (half, v) = (c.half_range(), c.velocity);
     let far = half.max(c.centre().abs());
-    let smoothing = ("smoothing_velocity", uniform(rng, 0.005, 0.02) * v);
     match class {
         "position_damping" => BTreeMap::from([("coefficient", 2.0 * strength / (v * far * far))]),
         "position_friction" => BTreeMap::from([

@@ -96,16 +96,17 @@ impl Ladder<'_> {
         let (model, motion) = (self.problem.model, &self.problem.smoothed[0]);
         let width = model.input_width();
         let begun = &self.problem.dataset.recordings[0].commands;
-        let still = |j: usize| {
-            if model.inputs.get(j).is_some_and(|i| !i.actuator) { begun[j] } else { 0.0 }
-        };
-        let mut rows = (0..width).map(still).collect::<Vec<f64>>().repeat(times.len());
+        let mut still = vec![0.0; width];
+        for (j, _) in model.inputs.iter().enumerate().filter(|(_, input)| !input.actuator) {
+            still[j] = begun[j];
+        }
+        for (c, at) in model.imposed().filter_map(|c| Some((c, model.motion_index(c)?))) {
+            still[at] = motion.state(0)[c];
+        }
+        let mut rows = still.repeat(times.len());
         let w = std::f64::consts::TAU * sine.frequency;
         for (row, t) in rows.chunks_exact_mut(width).zip(times) {
             let (sin, cos) = (w * t).sin_cos();
-            for at in model.imposed().filter_map(|c| Some((c, model.motion_index(c)?))) {
-                row[at.1] = motion.state(0)[at.0];
-            }
             match sine.drive {
                 Driver::Input(j) => row[j] = sine.amplitude * sin,
                 Driver::Coordinate(c) => {

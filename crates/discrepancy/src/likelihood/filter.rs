@@ -179,7 +179,9 @@ impl Filter {
                 }
                 self.whiten_sample(at, &mut sample);
                 for (value, &place) in sample.iter().zip(row) {
-                    column.get_mut(place).into_iter().for_each(|x| *x = *value);
+                    if let Some(x) = column.get_mut(place) {
+                        *x = *value;
+                    }
                 }
             }
         }

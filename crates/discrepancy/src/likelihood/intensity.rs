@@ -43,19 +43,19 @@ pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitErro
     let all: Result<Vec<Maps>, _> = fit.runs().par_iter().map(maps).collect();
     let all = all?;
     let along = Along::new(problem, fit, &all);
-    let drive = none.inputs.len() + none.forces.len();
-    let all_sources = drive + none.outputs.len();
+    let sources = Source::all(&none);
     let begin = along.log_likelihood(&none);
     let mut here = ProcessNoise::stated(problem);
     let mut best = if here.is_none() { begin } else { along.log_likelihood(&here) };
-    let is_stated = |s: &usize| problem.model.inputs.get(*s).is_some_and(|i| i.noise.is_some());
-    let mut used: Vec<usize> = (0..drive).filter(is_stated).collect();
+    let is_stated =
+        |s: &Source| matches!(*s, Source::Input(j) if problem.model.inputs[j].noise.is_some());
+    let mut used: Vec<Source> = sources.iter().copied().filter(is_stated).collect();
     let stated = used.len();
     loop {
         // What nothing drives has the noise that it shows.
-        let sources = if here.is_none() { drive } else { all_sources };
-        let tried =
-            (0..sources).filter(|s| !used.contains(s)).map(|s| (along.best_of(&here, s), s));
+        let drives = |s: &Source| !here.is_none() || !matches!(s, Source::Output(_));
+        let left = sources.iter().copied().filter(|s| !used.contains(s) && drives(s));
+        let tried = left.map(|s| (along.best_of(&here, s), s));
         // Inputs come first: a force that does no better than noise on one of them is that.
         let better = |a: Tried, b: Tried| if b.0.0 > a.0.0 + worth { b } else { a };
         let Some(((gained, noise), source)) = tried.reduce(better) else { break };
@@ -76,7 +76,33 @@ pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitErro
 }
 
 /// The most likely intensity of a source beside others, and which.
-type Tried = ((f64, ProcessNoise), usize);
+type Tried = ((f64, ProcessNoise), Source);
+
+/// A source of noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Source {
+    Input(usize),
+    Force(usize),
+    Output(usize),
+}
+
+impl Source {
+    /// All of them.
+    fn all(noise: &ProcessNoise) -> Vec<Self> {
+        let inputs = (0..noise.inputs.len()).map(Self::Input);
+        let forces = (0..noise.forces.len()).map(Self::Force);
+        inputs.chain(forces).chain((0..noise.outputs.len()).map(Self::Output)).collect()
+    }
+
+    /// Its intensity.
+    fn of(self, noise: &mut ProcessNoise) -> &mut f64 {
+        match self {
+            Self::Input(j) => &mut noise.inputs[j],
+            Self::Force(c) => &mut noise.forces[c],
+            Self::Output(o) => &mut noise.outputs[o],
+        }
+    }
+}
 
 /// Some windows of a fit, linearised.
 struct Along<'a> {
@@ -98,15 +124,11 @@ impl<'a> Along<'a> {
 
     /// The most likely intensity of one source beside the others: the log likelihood with it, and
     /// all of them.
-    fn best_of(&self, others: &ProcessNoise, source: usize) -> (f64, ProcessNoise) {
+    fn best_of(&self, others: &ProcessNoise, source: Source) -> (f64, ProcessNoise) {
         let unit = self.unit(source);
         let with = |share: f64| {
             let mut noise = others.clone();
-            let mut all =
-                noise.inputs.iter_mut().chain(&mut noise.forces).chain(&mut noise.outputs);
-            if let Some(of) = all.nth(source) {
-                *of = share * unit;
-            }
+            *source.of(&mut noise) = share * unit;
             noise
         };
         let (least, most) = self.range(source);
@@ -126,25 +148,23 @@ impl<'a> Along<'a> {
 
     /// The shares that are tried: noise on a recorded input shows in the recording itself, and an
     /// output is no quieter than its samples.
-    fn range(&self, source: usize) -> (f64, f64) {
-        let inputs = self.problem.model.inputs.len();
-        let most = || SHOWN * self.problem.input_noise(source) / self.unit(source);
+    fn range(&self, source: Source) -> (f64, f64) {
         match source {
-            s if s < inputs => (LEAST, most().clamp(LEAST, MOST)),
-            s if s < inputs + self.problem.model.channels() => (LEAST, MOST),
-            _ => (1.0, LARGEST),
+            Source::Input(j) => {
+                let most = SHOWN * self.problem.input_noise(j) / self.unit(source);
+                (LEAST, most.clamp(LEAST, MOST))
+            }
+            Source::Force(_) => (LEAST, MOST),
+            Source::Output(_) => (1.0, LARGEST),
         }
     }
 
     /// The magnitude that an intensity is measured by.
-    fn unit(&self, source: usize) -> f64 {
-        let inputs = self.problem.model.inputs.len();
-        let unit = if source < inputs {
-            self.problem.input_deviation(source)
-        } else if source < inputs + self.problem.model.channels() {
-            self.problem.force_scale(source - inputs) * self.problem.sample.sqrt()
-        } else {
-            1.0
+    fn unit(&self, source: Source) -> f64 {
+        let unit = match source {
+            Source::Input(j) => self.problem.input_deviation(j),
+            Source::Force(c) => self.problem.force_scale(c) * self.problem.sample.sqrt(),
+            Source::Output(_) => 1.0,
         };
         if unit > 0.0 { unit } else { 1.0 }
     }

@@ -111,7 +111,10 @@ impl Maps {
             filters: vec![],
         };
         let chunks = (0..columns.div_ceil(LANES)).map(|c| Chunk::new(run, c * LANES, width));
-        let mut making = Linearising { run, noise, variances, chunks: chunks.collect(), maps };
+        let chunks = chunks.collect();
+        let h = run.hypothesis;
+        let system = System::with(model, &h.parameters, &h.effects);
+        let mut making = Linearising { run, noise, variances, system, chunks, maps };
         let mut memory = run.starts.memory.clone();
         for (w, x) in run.windows.iter().zip(&run.starts.machine) {
             let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
@@ -270,6 +273,7 @@ struct Linearising<'r> {
     run: &'r Run<'r>,
     noise: Option<&'r ProcessNoise>,
     variances: &'r [f64],
+    system: System,
     chunks: Vec<Chunk>,
     maps: Maps,
 }
@@ -309,12 +313,10 @@ impl Linearising<'_> {
         let m = problem.model.input_width();
         let mut filter = self.noise.map(|noise| Making::new(self.variances, noise));
         let mut sensing = Sensing::new(problem, observed, &run.hypothesis.effects, w);
-        let h = run.hypothesis;
-        let system = System::with(problem.model, &h.parameters, &h.effects);
         let (mut rows, mut y) = (vec![], vec![0.0; outputs]);
         for (at, k) in w.range.clone().enumerate() {
             let u = &self.maps.inputs[k * m..(k + 1) * m];
-            problem.observation.evaluate(&system, observed.times[k], state, u, &mut y);
+            problem.observation.evaluate(&self.system, observed.times[k], state, u, &mut y);
             self.slopes(k, state);
             if let Some(filter) = &mut filter {
                 let innovations = sensing.innovations(k, &y);

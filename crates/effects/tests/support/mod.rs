@@ -68,6 +68,42 @@ impl Force {
     }
 }
 
+impl Force {
+    /// The force per unit of amplitude at the end of each RK4 step of `h` along a motion that is given
+    /// at every time, from rest: what is checked, integrated apart.
+    pub fn along(
+        &self,
+        shape: &[f64],
+        motion: impl Fn(f64) -> Local,
+        h: f64,
+        steps: usize,
+    ) -> Vec<f64> {
+        let rate = |t: f64, z: &[f64], slope: &[f64], by: f64| {
+            let moved: Vec<f64> = z.iter().zip(slope).map(|(z, s)| z + by * s).collect();
+            let mut rate = vec![f64::NAN; z.len()];
+            self.memory_rate(shape, &motion(t), &moved, &mut rate);
+            rate
+        };
+        let mut z = vec![f64::NAN; self.memory()];
+        self.memory_at_rest(&motion(0.0), &mut z);
+        let still = vec![0.0; z.len()];
+        let step = |k: usize| {
+            let t = h * k as f64;
+            let k1 = rate(t, &z, &still, 0.0);
+            let k2 = rate(t + 0.5 * h, &z, &k1, 0.5 * h);
+            let k3 = rate(t + 0.5 * h, &z, &k2, 0.5 * h);
+            let k4 = rate(t + h, &z, &k3, h);
+            for (i, z) in z.iter_mut().enumerate() {
+                *z += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+            }
+            let mut basis = [f64::NAN];
+            self.basis(shape, &motion(t + h), &z, &mut basis);
+            basis[0]
+        };
+        (0..steps).map(step).collect()
+    }
+}
+
 impl Deref for Force {
     type Target = dyn AnyForceLaw;
 
