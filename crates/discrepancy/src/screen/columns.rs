@@ -25,22 +25,40 @@ impl Screen<'_> {
     /// many as fit in the lanes; of one term, where it has more amplitudes.
     pub(super) fn amplitudes_along(&self, terms: &[Term], along: &Along) -> Vec<Amplitudes> {
         let each = terms[0].candidate.amplitudes();
-        let driven = self.driven(terms, along);
-        let count = each * terms.len();
+        let sums = self.sums(each * terms.len(), each > 1, &self.driven(terms, along), along);
+        (0..terms.len()).map(|t| sums.of(t * each, each)).collect()
+    }
+
+    /// Normal equations of forces on a channel along one recording, each given at every sample.
+    pub(super) fn of_forces(
+        &self,
+        channel: usize,
+        series: &[Vec<f64>],
+        along: &Along,
+    ) -> Amplitudes {
+        let places = vec![(Drive::Force(channel), Lanes([1.0; LANES]))];
+        let sees = self.problem.observation.sees_forces();
+        let mut driven = Driven::beside(series.len(), along.motion.len(), sees, (places, vec![]));
+        for (lane, now) in series.iter().enumerate() {
+            driven[lane / LANES].set(lane % LANES, &centred(now), now, 1.0);
+        }
+        self.sums(series.len(), true, &driven, along).of(0, series.len())
+    }
+
+    /// Normal equations of so many columns along one recording.
+    fn sums(&self, count: usize, crossed: bool, driven: &[Driven], along: &Along) -> Sums {
         let mut sums = Sums::new(count, self.theta.nrows());
         for local in &along.windows {
-            let normal = Normal { along, local, driven: &driven, crossed: each > 1 };
+            let normal = Normal { along, local, driven, crossed };
             sums.add(&pulp::Arch::new().dispatch(normal), local);
         }
-        (0..terms.len()).map(|t| sums.of(t * each, each)).collect()
+        sums
     }
 
     /// The amplitudes of all terms, one a lane.
     fn driven(&self, terms: &[Term], along: &Along) -> Vec<Driven> {
         let Candidate { effect, channel, other } = terms[0].candidate;
         let each = terms[0].candidate.amplitudes();
-        let groups = (each * terms.len()).div_ceil(LANES);
-        let samples = along.motion.len();
         let place = |drive| (drive, Lanes([1.0; LANES]));
         let (places, seen) = match effect.law {
             Law::Force(law) => {
@@ -56,22 +74,11 @@ impl Screen<'_> {
             }
         };
         let at_once = matches!(effect.law, Law::Force(_)) && self.problem.observation.sees_forces();
-        let empty = || Driven {
-            series: vec![Lanes::ZERO; samples],
-            at_once: vec![Lanes::ZERO; if at_once { samples } else { 0 }],
-            places: places.clone(),
-            seen: seen.clone(),
-        };
-        let mut driven: Vec<Driven> = (0..groups).map(|_| empty()).collect();
+        let (count, samples) = (each * terms.len(), along.motion.len());
+        let mut driven = Driven::beside(count, samples, at_once, (places, seen));
         let mut lane = 0;
         self.each_series(terms, along, |series, now, passed_on| {
-            let Driven { series: lanes, at_once, places, .. } = &mut driven[lane / LANES];
-            let l = lane % LANES;
-            lanes.iter_mut().zip(series).for_each(|(lanes, value)| lanes.0[l] = *value);
-            at_once.iter_mut().zip(now).for_each(|(lanes, value)| lanes.0[l] = *value);
-            if let Some((_, reaction)) = places.get_mut(1) {
-                reaction.0[l] = -passed_on;
-            }
+            driven[lane / LANES].set(lane % LANES, series, now, passed_on);
             lane += 1;
         });
         driven
@@ -114,6 +121,32 @@ impl Screen<'_> {
                 }
                 terms.iter().for_each(|_| each(&series, &[], 1.0));
             }
+        }
+    }
+}
+
+/// Where changes act, each one's share there, and the outputs that show them as they are.
+type Places = (Vec<(Drive, Lanes)>, Vec<usize>);
+
+impl Driven {
+    /// So many changes in as few groups as hold them, nothing yet.
+    fn beside(count: usize, samples: usize, at_once: bool, (places, seen): Places) -> Vec<Self> {
+        let empty = || Self {
+            series: vec![Lanes::ZERO; samples],
+            at_once: vec![Lanes::ZERO; if at_once { samples } else { 0 }],
+            places: places.clone(),
+            seen: seen.clone(),
+        };
+        (0..count.div_ceil(LANES)).map(|_| empty()).collect()
+    }
+
+    /// One of them: its values from sample to sample and at the samples, and the share of it that is
+    /// passed on to another channel.
+    fn set(&mut self, lane: usize, series: &[f64], now: &[f64], passed_on: f64) {
+        self.series.iter_mut().zip(series).for_each(|(lanes, value)| lanes.0[lane] = *value);
+        self.at_once.iter_mut().zip(now).for_each(|(lanes, value)| lanes.0[lane] = *value);
+        if let Some((_, reaction)) = self.places.get_mut(1) {
+            reaction.0[lane] = -passed_on;
         }
     }
 }

@@ -19,6 +19,7 @@
 mod columns;
 mod curves;
 mod local;
+mod surface;
 
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::{Fit, FitError, Problem};
@@ -26,7 +27,7 @@ pub use curves::Over;
 use lacuna_effects::{Law, Prior};
 use lacuna_numbers::LANES;
 use local::{Along, along};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 /// A fit, linearised.
@@ -169,6 +170,19 @@ impl<'p> Screen<'p> {
 
     fn solve(&self, a: &Amplitudes, sd: &[f64]) -> (f64, Vec<f64>, DMatrix<f64>) {
         let (p, c) = (self.theta.nrows(), sd.len());
+        let Some(Posterior { gain, mean, factor }) = self.posterior(a, sd) else {
+            return (f64::NEG_INFINITY, vec![0.0; c], DMatrix::zeros(c, c));
+        };
+        let inverse = factor.inverse();
+        let amplitudes = (0..c).map(|i| mean[p + i] * sd[i]).collect();
+        let covariance = DMatrix::from_fn(c, c, |i, j| inverse[(p + i, p + j)] * sd[i] * sd[j]);
+        (gain, amplitudes, covariance)
+    }
+
+    /// Of parameters and amplitudes with these prior standard deviations; the gain is that of the
+    /// amplitudes.
+    fn posterior(&self, a: &Amplitudes, sd: &[f64]) -> Option<Posterior> {
+        let (p, c) = (self.theta.nrows(), sd.len());
         let free = &self.fit.hypothesis.free;
         let mut h = DMatrix::identity(p + c, p + c);
         h.view_mut((0, 0), (p, p)).copy_from(&self.theta);
@@ -185,21 +199,9 @@ impl<'p> Screen<'p> {
                 h[(j, p + i)] = value;
             }
         }
-        let value =
-            |h: &DMatrix<f64>, g: &DVector<f64>| -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
-                let factor = h.clone().cholesky()?;
-                let c = factor.solve(g);
-                let log: f64 = factor.l().diagonal().map(f64::ln).sum();
-                Some((0.5 * c.dot(g) - log, c, factor.inverse()))
-            };
-        let (Some((with, x, inverse)), Some((without, ..))) =
-            (value(&h, &g), value(&self.theta, &self.gradient))
-        else {
-            return (f64::NEG_INFINITY, vec![0.0; c], DMatrix::zeros(c, c));
-        };
-        let amplitudes = (0..c).map(|i| x[p + i] * sd[i]).collect();
-        let covariance = DMatrix::from_fn(c, c, |i, j| inverse[(p + i, p + j)] * sd[i] * sd[j]);
-        (with - without, amplitudes, covariance)
+        let with = Posterior::of(h, &g)?;
+        let without = Posterior::of(self.theta.clone(), &self.gradient)?;
+        Some(Posterior { gain: with.gain - without.gain, ..with })
     }
 
     /// Normal equations of the amplitudes of several terms of one candidate, summed over all
@@ -208,17 +210,52 @@ impl<'p> Screen<'p> {
         let mut sums: Vec<Amplitudes> = vec![];
         for along in &self.recordings {
             let parts = self.amplitudes_along(terms, along);
-            if sums.is_empty() {
-                sums = parts;
-                continue;
-            }
-            for (sum, part) in sums.iter_mut().zip(parts) {
-                sum.own += part.own;
-                sum.theta += part.theta;
-                sum.gradient += part.gradient;
-            }
+            sums = match sums.is_empty() {
+                true => parts,
+                false => sums.into_iter().zip(parts).map(|(sum, part)| sum.plus(part)).collect(),
+            };
         }
-        let finite = |a: &Amplitudes| a.own.iter().chain(&a.theta).all(|x| x.is_finite());
-        sums.into_iter().map(|a| finite(&a).then_some(a)).collect()
+        sums.into_iter().map(|a| a.is_finite().then_some(a)).collect()
+    }
+}
+
+impl Amplitudes {
+    /// Those of both of two recordings.
+    fn plus(mut self, other: Self) -> Self {
+        self.own += other.own;
+        self.theta += other.theta;
+        self.gradient += other.gradient;
+        self
+    }
+
+    /// Those of `z`, where the amplitudes are `root z`.
+    fn through(&self, root: &DMatrix<f64>) -> Self {
+        Self {
+            own: root.tr_mul(&(&self.own * root)),
+            theta: root.tr_mul(&self.theta),
+            gradient: root.tr_mul(&self.gradient),
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        self.own.iter().chain(&self.theta).all(|x| x.is_finite())
+    }
+}
+
+/// Belief about parameters and amplitudes in units of their priors.
+struct Posterior {
+    /// Nats of evidence.
+    gain: f64,
+    mean: DVector<f64>,
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl Posterior {
+    /// From normal equations: none where they are not positive.
+    fn of(h: DMatrix<f64>, g: &DVector<f64>) -> Option<Self> {
+        let factor = h.cholesky()?;
+        let mean = factor.solve(g);
+        let log: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
+        Some(Self { gain: 0.5 * mean.dot(g) - log, mean, factor })
     }
 }

@@ -1,6 +1,6 @@
 //! Forward selection.
 
-use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of, untried};
+use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of, term_of, untried};
 use crate::candidates::{Candidate, Term};
 use crate::decision::Decision;
 use crate::likelihood::evidence::common_temperature;
@@ -75,6 +75,7 @@ impl<'p> Search<'p> {
         if !settles(decision, base, &best.fit, share) {
             return None;
         }
+        let leads = if further { self.leads_over_remainders(base, best, look)? } else { vec![] };
         // What the best leaves to noise is what all are judged by.
         let driven = base.noise.is_some();
         let (base, mut tried, gone) = self.quieter(base, tried)?;
@@ -84,7 +85,7 @@ impl<'p> Search<'p> {
             return None;
         }
         let left = if driven { !gone } else { best.fit.reduced() > decision.explained };
-        if further && left && !beats_remainder(best, look) {
+        if leads.iter().any(|l| l.is_beaten(left, decision)) {
             return None;
         }
         if gone {
@@ -105,6 +106,39 @@ impl<'p> Search<'p> {
         };
         let named = Named { gain: gained, rivals: rivals.iter().skip(1).map(behind).collect() };
         Some((rivals.into_iter().next()?.fit, named))
+    }
+
+    /// By how much a further effect leads a force without a formula, on each channel that moves.
+    fn leads_over_remainders(
+        &self,
+        base: &Fit<'p>,
+        best: &Tried<'p>,
+        look: &Look,
+    ) -> Option<Vec<Lead>> {
+        let screen = Screen::new(base).ok()?;
+        let seen = look.shortlist.iter().find(|s| s.term.candidate == best.candidate);
+        // By the shape that the fit found.
+        let again = best.fit.hypothesis.supposed().last().and_then(|e| screen.gain(term_of(e)));
+        let promised = seen.into_iter().chain(&again).map(|s| s.gain).fold(0.0, f64::max);
+        let inflation = base.inflation();
+        let fitted = match base.noise {
+            Some(_) => promised,
+            None => best.fit.log_evidence(inflation) - base.log_evidence(inflation),
+        };
+        let lead = |channel: usize| {
+            let remainder = screen.remainder(channel)?;
+            let acts = base.hypothesis.supposed().iter().any(|e| acts_on(e, channel));
+            let (promised, fitted) = (promised - remainder, fitted.max(promised) - remainder);
+            Some(Lead { acts, promised, fitted })
+        };
+        let leads: Vec<Lead> = (0..self.problem.model.channels()).filter_map(lead).collect();
+        for lead in &leads {
+            self.watch.tell(&format!(
+                "{}: {:.1} nats before a force without a formula",
+                best.candidate.effect.words, lead.promised
+            ));
+        }
+        Some(leads)
     }
 
     /// What the screening finds worth a fit, and the free curves.
@@ -253,6 +287,29 @@ impl<'p> Search<'p> {
     }
 }
 
+/// Nats by which a further effect leads a force without a formula on a channel: the laws so far need
+/// not be quite reality's, and what they leave belongs to them.
+struct Lead {
+    /// Whether one of the laws so far acts on the channel.
+    acts: bool,
+    /// Both as the screening sees them.
+    promised: f64,
+    /// What the fit says of the effect, where that is more: what is large is not linear.
+    fitted: f64,
+}
+
+impl Lead {
+    /// Whether the force without a formula is the likelier. Where even the further effect leaves more
+    /// than noise, such a force is there in any case, on whichever channel, and one more effect beside
+    /// it has its price. Where it leaves nothing, either may be all that there is.
+    fn is_beaten(&self, left: bool, decision: &Decision) -> bool {
+        match left {
+            true => self.promised < decision.prior_odds,
+            false => self.acts && self.fitted < 0.0,
+        }
+    }
+}
+
 /// The most evidence first; the temperature at which it is compared. All are judged by what the one
 /// that fits best leaves: where that is no noise, a law with more freedom must earn it by as much
 /// more.
@@ -277,18 +334,10 @@ pub(super) fn settles(decision: &Decision, before: &Fit, after: &Fit, share: f64
     drop > decision.relevant && (left < decision.noise - 1.0 || drop > share * excess)
 }
 
-/// Whether a further effect says more than a learned remainder does. Where even with it the
-/// residual is no noise, the formulas so far are not quite reality's, and what is left belongs to
-/// them: a curve over the coordinate or velocity of any channel shows how much. A law of one
-/// variable is compared with curves over others than its own, which hold it as a special case.
-fn beats_remainder(best: &Tried, look: &Look) -> bool {
-    let screened = look.shortlist.iter().find(|s| s.term.candidate == best.candidate);
-    let Some(gain) = screened.map(|s| s.gain) else { return true };
-    let rival = |s: &&Scored| {
-        let curve = effect_of(&s.term.candidate, &s.amplitudes, &s.term.shape);
-        !curve_covers(&curve, &best.candidate)
-    };
-    look.curves.iter().find(rival).is_none_or(|curve| gain > curve.gain)
+/// Whether an effect is a force on a channel.
+fn acts_on(e: &ModelEffect, channel: usize) -> bool {
+    let Law::Force(law) = e.effect.law else { return false };
+    e.channel == channel || (law.reacts() && e.other == Some(channel))
 }
 
 /// Whether an unknown function covers all that a candidate could say: a law of the same single

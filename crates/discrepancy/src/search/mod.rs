@@ -5,7 +5,9 @@
 //!    fitted with the differential equation itself, and the one with the most evidence stays if
 //!    it is worth its prior odds ([`Decision`]).
 //!    Where short windows name nothing of a mismatch, longer ones are tried.
-//! 3. The same again with it, up to a few effects.
+//! 3. The same again with it, as long as a further effect says more than a force of the channel's own
+//!    motion without a formula ([`Screen::remainder`](crate::screen::Screen::remainder)): no law is
+//!    exactly reality's.
 //! 4. Each effect must be missed when it is taken away, and must beat what else could stand in
 //!    its place.
 //! 5. Folds of the recordings that are left out must not speak against it, nor against what it
@@ -25,7 +27,7 @@ mod remainder;
 mod spell;
 mod variants;
 
-use crate::candidates::{Candidate, candidates};
+use crate::candidates::{Candidate, Term, candidates};
 use crate::decision::Decision;
 use crate::likelihood::windows::first_level;
 use crate::likelihood::{End, FULL, Fit, FitError, Hypothesis, Problem, QUICK, STILL};
@@ -373,6 +375,16 @@ fn names(fit: &Fit) -> String {
 #[must_use]
 pub fn candidate_of(e: &ModelEffect) -> Candidate {
     Candidate { effect: e.effect, channel: e.channel, other: e.other }
+}
+
+/// What is screened of an effect: all but its amplitudes.
+fn term_of(e: &ModelEffect) -> Term {
+    let shape = match e.effect.law {
+        Law::Force(law) => e.internal().split_off(law.amplitudes()),
+        Law::Input(_) => e.parameters.clone(),
+        Law::Sensor(_) => vec![],
+    };
+    Term { candidate: candidate_of(e), shape }
 }
 
 /// An effect with internal parameters of the screening.

@@ -47,8 +47,8 @@ impl<'p> Search<'p> {
         false
     }
 
-    /// Take away an effect that says next to nothing of the mismatch, unless it says most of what
-    /// the others leave: no formula is reality's to a twentieth, and what is smaller than that beside
+    /// Take away an effect that says next to nothing of the mismatch, unless the others leave more than
+    /// noise and it says most of that: no formula is reality's to a twentieth, and what is smaller than that beside
     /// what the formulas say is their remainder, at which many can nibble. The mismatch is that in
     /// windows which the model follows: in longer ones it runs away.
     fn drop_remainder(&self, calibrated: &Fit<'p>, path: &mut Path<'p>) -> bool {
@@ -62,7 +62,8 @@ impl<'p> Search<'p> {
             return false;
         };
         let drop = fit.excess() - path.fit.excess();
-        if drop > self.decision.further_share * fit.excess() {
+        let missed = fit.reduced() > self.decision.noise;
+        if missed && drop > self.decision.further_share * fit.excess() {
             return false;
         }
         path.fit = fit;

@@ -58,4 +58,32 @@ fn nothing_gains_where_nothing_is_missing() {
     for curve in screen.curves() {
         assert!(curve.gain < 5.0, "{}", curve.gain);
     }
+    let remainder = screen.remainder(0).expect("the pendulum moves");
+    assert!(remainder < 5.0, "{remainder}");
+}
+
+/// Of a small force a surface without a formula knows as much as the right law, at the price of its
+/// freedom; a wrong law knows less.
+#[test]
+fn a_force_without_a_formula_lies_between_the_right_law_and_a_wrong_one() {
+    let effect = |class: &str, number: &str| {
+        format!("[[effect]]\nclass = \"{class}\"\nchannel = \"q\"\n{number}")
+    };
+    let concealed = effect("position_damping", "coefficient = 0.02");
+    let bench = ON_PENDULUM;
+    let (truth, model) = (bench.truth(&concealed), bench.model());
+    let dataset = Dataset::new(&model, &bench.record(&truth, 36, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let plain = Fit::begin(&problem, Hypothesis::of(&model), 2).expect("a fit");
+    let plain = plain.refit(plain.hypothesis.clone(), FULL).expect("a fit");
+    let screen = Screen::new(&plain).expect("a finite trajectory");
+    let gain = |class: &str| {
+        let effect = lacuna_effects::find(class).expect("in the catalogue");
+        let candidate = Candidate { effect, channel: 0, other: None };
+        screen.gain(Term { candidate, shape: vec![] }).expect("a finite gain").gain
+    };
+    let (right, wrong) = (gain("position_damping"), gain("cubic_stiffness"));
+    let remainder = screen.remainder(0).expect("the pendulum moves");
+    assert!(right > 30.0, "{right}");
+    assert!(remainder < right && remainder > wrong + 5.0, "{right}, {remainder}, {wrong}");
 }

@@ -17,28 +17,41 @@ name = "q"
 velocity = "v"
 unit = "m"
 [mechanics]
-mass = [["1 kg"]]
+mass = [["1"]]
 force = ["b*u - k*q - d*v"]
 "#;
+
+const BENCH: Bench = Bench {
+    text: OSCILLATOR,
+    samples: 3000,
+    step: 0.02,
+    amplitude: (0.6, 1.2),
+    frequency: (2.0, 9.0),
+    start: 0.0,
+    noise: 2e-5,
+    ..ON_PENDULUM
+};
+
+/// What one law of the catalogue leaves of a force by another formula is no second law: others on the
+/// same channel would nibble at it, here quadratic drag at a stop that damps.
+#[test]
+fn what_a_formula_leaves_is_no_further_effect() {
+    let damped = OSCILLATOR.replace("- d*v", "- d*v - max(q - 0.05, 0)*(300 + 60*v)");
+    let bench = Bench { noise: 1e-3, ..BENCH };
+    let truth = Bench { text: Box::leak(damped.into_boxed_str()), ..bench }.model();
+    let d = diagnosed(&bench.model(), &bench.record(&truth, 102, 4)).diagnosis;
+    assert_eq!(d.verdict, Verdict::MissingPhysics);
+    let [f] = &d.findings[..] else { panic!("{:?}", d.findings) };
+    assert_eq!((f.class.as_str(), f.channel.as_str()), ("end_stop", "q"), "{}", f.says);
+}
 
 /// A spring that hardens and a force that is always there. A force periodic in position, its
 /// phase free, does the work of both better than either of them; a curve shows that it is they.
 #[test]
 fn two_laws_are_found_where_one_with_more_freedom_comes_near_both() {
-    let text = Box::leak(OSCILLATOR.replace("1 kg", "1").into_boxed_str());
-    let bench = Bench {
-        text,
-        samples: 3000,
-        step: 0.02,
-        amplitude: (0.6, 1.2),
-        frequency: (2.0, 9.0),
-        start: 0.0,
-        noise: 2e-5,
-        ..ON_PENDULUM
-    };
     let truth = "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = 150\n\
                  [[effect]]\nclass = \"constant_force\"\nchannel = \"q\"\nforce = 0.05";
-    let d = diagnosed(&bench.model(), &bench.record(&bench.truth(truth), 101, 4)).diagnosis;
+    let d = diagnosed(&BENCH.model(), &BENCH.record(&BENCH.truth(truth), 101, 4)).diagnosis;
     assert_eq!(d.verdict, Verdict::MissingPhysics);
     let mut found: Vec<&str> = d.findings.iter().map(|f| f.class.as_str()).collect();
     found.sort_unstable();
