@@ -1,9 +1,10 @@
 //! Figures of the proof on concealed physics.
 
-use lacuna_charts::{Axis, Colour, Figure, Line, Matrix, Style, Surface, matrix_svg};
+use lacuna_charts::{
+    Axis, Colour, Figure, Grid, Line, Matrix, Style, Surface, grid_svg, matrix_svg,
+};
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::side_by_side;
 use crate::StudyError;
 use crate::concealed::reliability::{Bin, Reliability};
 use crate::concealed::summary::NOTHING;
@@ -40,7 +41,7 @@ fn last_nothing<'a>(classes: impl Iterator<Item = &'a String>) -> Vec<String> {
     classes
 }
 
-/// Claimed probability of findings against the share that is right, with Wilson's intervals, and beside it how
+/// Claimed probability of findings against the share that is right, with Wilson's intervals, and below it how
 /// many findings claim so much.
 ///
 /// # Errors
@@ -61,7 +62,7 @@ pub fn reliability(reliability: &Reliability) -> Result<String, StudyError> {
     let error = reliability.calibration_error.map_or("-".to_owned(), |e| format!("{e:.3}"));
     let claimed = || Axis::linear("claimed probability (mean of a bin)", "");
     let shares = Figure {
-        title: format!("Concealed physics: expected calibration error {error}"),
+        title: format!("Claims: expected calibration error {error}"),
         lines,
         ..Figure::new(claimed(), Axis::linear("share of right findings, 95 % interval", ""))
     };
@@ -69,6 +70,8 @@ pub fn reliability(reliability: &Reliability) -> Result<String, StudyError> {
     let counted: Vec<(f64, f64)> = bins.iter().filter_map(many).collect();
     let mut lines = vec![Line::new("", Colour::Blue, Style::Dots, counted.clone())];
     lines.extend(counted.into_iter().map(|(x, count)| stem(x, 0.0, count)));
+    // Along the same axis as the shares above.
+    lines.push(Line::new("", Colour::Blue, Style::Thin, vec![(0.0, 0.0), (1.0, 0.0)]));
     let counts = Figure {
         title: format!("{} findings", reliability.findings),
         lines,
@@ -76,8 +79,10 @@ pub fn reliability(reliability: &Reliability) -> Result<String, StudyError> {
     };
     let description =
         "Share of right findings against the probability that they claim, and their number.";
-    let both = if reliability.findings > 0 { vec![shares, counts] } else { vec![shares] };
-    side_by_side(description, both)
+    // A share and a number have no range in common: each has a row of its own.
+    let counts = (reliability.findings > 0).then(|| vec![counts]);
+    let rows = std::iter::once(vec![shares]).chain(counts).collect();
+    Ok(grid_svg(&Grid { description: description.to_owned(), rows })?)
 }
 
 #[cfg(test)]
