@@ -106,8 +106,13 @@ impl ProbabilityMap {
 
 /// Log odds (nats) of what leads others by so many nats: -log sum exp(-nats).
 pub(crate) fn log_odds(ahead_of: impl Iterator<Item = f64> + Clone) -> f64 {
-    let least = ahead_of.clone().fold(f64::INFINITY, f64::min);
-    least - ahead_of.map(|nats| (least - nats).exp()).sum::<f64>().ln()
+    -log_sum_exp(ahead_of.map(|nats| -nats))
+}
+
+/// log sum exp of some nats, whatever their size.
+pub(crate) fn log_sum_exp(nats: impl Iterator<Item = f64> + Clone) -> f64 {
+    let top = nats.clone().fold(f64::NEG_INFINITY, f64::max);
+    top + nats.map(|nats| (nats - top).exp()).sum::<f64>().ln()
 }
 
 /// Probabilities of rivals that lie so many nats behind a class of a probability: their odds against it are

@@ -1,6 +1,6 @@
 //! A function of one variable by its values at knots, and its occupation by a motion.
 
-use crate::range::inner_range;
+use crate::range::{between_knots, inner_range};
 use crate::screen::Over;
 use crate::trajectories::SmoothedRecording;
 use std::ops::Range;
@@ -35,10 +35,7 @@ impl Knots {
     /// The two knots about a value, by the first, and the share of the second: a function
     /// between knots is on a straight line.
     pub(super) fn place(&self, x: f64) -> (usize, f64) {
-        let place = (x - self.from) / self.spacing();
-        let place = place.clamp(0.0, (KNOTS - 1) as f64);
-        let knot = (place as usize).min(KNOTS - 2);
-        (knot, place - knot as f64)
+        between_knots(x, (self.from, self.to), KNOTS)
     }
 
     /// A function of such values at the knots.

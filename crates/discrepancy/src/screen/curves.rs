@@ -50,7 +50,8 @@ impl Screen<'_> {
         (to > from).then(|| Term { candidate, shape: vec![from, to, f64::from(over as u8)] })
     }
 
-    fn range(&self, channel: usize, over: Over) -> (f64, f64) {
+    /// The range that a variable has along the trajectory, without its outliers.
+    pub(super) fn range(&self, channel: usize, over: Over) -> (f64, f64) {
         let place = self.problem.model.place(channel);
         let mut values: Vec<f64> = Vec::new();
         for a in &self.recordings {

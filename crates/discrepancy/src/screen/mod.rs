@@ -23,6 +23,7 @@ mod surface;
 
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::{Fit, FitError, Problem};
+use crate::probability::log_sum_exp;
 pub use curves::Over;
 use lacuna_effects::{Law, Prior};
 use lacuna_numbers::LANES;
@@ -38,6 +39,8 @@ pub struct Screen<'p> {
     /// Normal equations of theta in units of its prior, states eliminated.
     theta: DMatrix<f64>,
     gradient: DVector<f64>,
+    /// Evidence of theta alone; none where its normal equations are not positive.
+    alone: Option<f64>,
     inflation: f64,
 }
 
@@ -90,7 +93,8 @@ impl<'p> Screen<'p> {
             }
             theta[(i, i)] += 1.0;
         }
-        Ok(Self { problem, fit, recordings, theta, gradient, inflation })
+        let alone = Posterior::of(theta.clone(), &gradient).map(|posterior| posterior.gain);
+        Ok(Self { problem, fit, recordings, theta, gradient, alone, inflation })
     }
 
     /// Every candidate with its best shape, the one that gains most first. What a candidate gains
@@ -110,10 +114,9 @@ impl<'p> Screen<'p> {
                 let many = (LANES / c.amplitudes()).max(1);
                 let tried = terms.par_chunks(many).flat_map_iter(|some| self.gains(some));
                 let tried: Vec<Scored> = tried.filter(|s| s.gain.is_finite()).collect();
-                let top = tried.iter().map(|s| s.gain).fold(f64::NEG_INFINITY, f64::max);
-                let sum: f64 = tried.iter().map(|s| (s.gain - top).exp()).sum();
+                let gain = log_sum_exp(tried.iter().map(|s| s.gain)) - count.ln();
                 let best = tried.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
-                Some(Scored { gain: top + (sum / count).ln(), ..best })
+                Some(Scored { gain, ..best })
             })
             .collect();
         best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -200,21 +203,15 @@ impl<'p> Screen<'p> {
             }
         }
         let with = Posterior::of(h, &g)?;
-        let without = Posterior::of(self.theta.clone(), &self.gradient)?;
-        Some(Posterior { gain: with.gain - without.gain, ..with })
+        Some(Posterior { gain: with.gain - self.alone?, ..with })
     }
 
     /// Normal equations of the amplitudes of several terms of one candidate, summed over all
     /// recordings; none for a term that changes what is not finite.
     fn amplitudes(&self, terms: &[Term]) -> Vec<Option<Amplitudes>> {
-        let mut sums: Vec<Amplitudes> = vec![];
-        for along in &self.recordings {
-            let parts = self.amplitudes_along(terms, along);
-            sums = match sums.is_empty() {
-                true => parts,
-                false => sums.into_iter().zip(parts).map(|(sum, part)| sum.plus(part)).collect(),
-            };
-        }
+        let parts = self.recordings.iter().map(|along| self.amplitudes_along(terms, along));
+        let plus = |a: Vec<Amplitudes>, b| a.into_iter().zip(b).map(|(a, b)| a.plus(b)).collect();
+        let sums = parts.reduce(plus).unwrap_or_default();
         sums.into_iter().map(|a| a.is_finite().then_some(a)).collect()
     }
 }

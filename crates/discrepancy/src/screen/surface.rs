@@ -4,13 +4,15 @@
 //! f(q, v) = sum_kl a_kl h_k(q) h_l(v),   a ~ N(0, s^2 K_q (x) K_v),   K(d) = (1 + d) e^-d
 //! ```
 //!
-//! with hat functions h on equidistant knots and the kernel of Matérn of order 3/2 over the
+//! with hat functions h on equidistant knots and the kernel of Matern of smoothness 3/2 over the
 //! distance d, in lengths, of two knots: no law is exactly reality's, and what one leaves is about as
 //! smooth as this. Its size s and the lengths are not known: what it gains is the mean over some of
 //! either, each as likely as the others. Of a first-order state it is `f(x)`.
 
-use super::{Amplitudes, Screen};
-use crate::range::inner_range;
+use super::{Amplitudes, Over, Screen};
+use crate::probability::log_sum_exp;
+use crate::range::between_knots;
+use lacuna_occupation::{Kernel, Matern, Smoothness};
 use nalgebra::DMatrix;
 
 /// Knots along each of two variables.
@@ -25,27 +27,18 @@ const LENGTHS: [f64; 3] = [0.2, 0.5, 1.5];
 /// Equidistant knots over the range of an entry of the state.
 struct Axis {
     state: usize,
-    from: f64,
-    step: f64,
+    range: (f64, f64),
     knots: usize,
 }
 
 impl Axis {
-    /// The knot before a value, and how far it is to the next.
-    fn place(&self, x: f64) -> (usize, f64) {
-        let at = ((x - self.from) / self.step).clamp(0.0, (self.knots - 1) as f64);
-        let k = (at as usize).min(self.knots - 2);
-        (k, at - k as f64)
-    }
-
     /// Root of the kernel's matrix at the knots.
     fn root(&self, length: f64) -> Option<DMatrix<f64>> {
-        let distance = |i: usize, j: usize| i.abs_diff(j) as f64 / (self.knots - 1) as f64 / length;
-        let kernel = DMatrix::from_fn(self.knots, self.knots, |i, j| {
-            let d = distance(i, j);
-            (1.0 + d) * (-d).exp()
-        });
-        Some(kernel.cholesky()?.unpack())
+        let widths = vec![3f64.sqrt() * length];
+        let kernel = Matern { smoothness: Smoothness::ThreeHalves, widths };
+        let at = |k: usize| [k as f64 / (self.knots - 1) as f64];
+        let gram = |i, j| kernel.evaluate(&at(i), &at(j));
+        Some(DMatrix::from_fn(self.knots, self.knots, gram).cholesky()?.unpack())
     }
 }
 
@@ -70,27 +63,22 @@ impl Screen<'_> {
             let sizes = SIZES.iter().map(|size| vec![size * force; root.ncols()]);
             gains.extend(sizes.filter_map(|sd| Some(self.posterior(&whitened, &sd)?.gain)));
         }
-        let top = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let sum: f64 = gains.iter().map(|gain| (gain - top).exp()).sum();
-        Some(top + (sum / gains.len() as f64).ln()).filter(|gain| gain.is_finite())
+        let gain = log_sum_exp(gains.iter().copied()) - (gains.len() as f64).ln();
+        gain.is_finite().then_some(gain)
     }
 
     /// The coordinate and the velocity of a channel, or its first-order state, over their ranges.
     fn axes(&self, channel: usize) -> Option<Vec<Axis>> {
         let model = self.problem.model;
         let place = model.place(channel);
-        let (states, knots) = match model.is_coordinate(channel) {
-            true => (vec![place.q, place.v], KNOTS),
-            false => (vec![place.q], ALONE),
+        let axis = |over, state, knots| {
+            let range = self.range(channel, over);
+            (range.1 > range.0).then_some(Axis { state, range, knots })
         };
-        let axis = |state: usize| {
-            let motions = self.recordings.iter().map(|a| &a.motion);
-            let values = motions.flat_map(|m| (0..m.len()).map(move |k| m.state(k)[state]));
-            let (from, to) = inner_range(values.collect(), 1000);
-            let step = (to - from) / (knots - 1) as f64;
-            (step > 0.0).then_some(Axis { state, from, step, knots })
-        };
-        states.into_iter().map(axis).collect()
+        if !model.is_coordinate(channel) {
+            return Some(vec![axis(Over::Coordinate, place.q, ALONE)?]);
+        }
+        Some(vec![axis(Over::Coordinate, place.q, KNOTS)?, axis(Over::Velocity, place.v, KNOTS)?])
     }
 
     /// Normal equations of the force at every knot.
@@ -114,7 +102,7 @@ impl Screen<'_> {
 /// The knots around a state, the last variable's side by side, with their weights.
 fn weights(axes: &[Axis], state: &[f64]) -> Vec<(usize, f64)> {
     axes.iter().fold(vec![(0, 1.0)], |around, axis| {
-        let (k, share) = axis.place(state[axis.state]);
+        let (k, share) = between_knots(state[axis.state], axis.range, axis.knots);
         let both = |(at, weight): (usize, f64)| {
             let first = at * axis.knots + k;
             [(first, weight * (1.0 - share)), (first + 1, weight * share)]

@@ -47,10 +47,10 @@ impl<'p> Search<'p> {
         false
     }
 
-    /// Take away an effect that says next to nothing of the mismatch, unless the others leave more than
-    /// noise and it says most of that: no formula is reality's to a twentieth, and what is smaller than that beside
-    /// what the formulas say is their remainder, at which many can nibble. The mismatch is that in
-    /// windows which the model follows: in longer ones it runs away.
+    /// Take away an effect that says next to nothing of the mismatch, unless the others leave more
+    /// than noise and it says most of that: no formula is reality's to a twentieth, and what is
+    /// smaller than that beside what the formulas say is their remainder, at which many can nibble.
+    /// The mismatch is that in windows which the model follows: in longer ones it runs away.
     fn drop_remainder(&self, calibrated: &Fit<'p>, path: &mut Path<'p>) -> bool {
         let mismatch = 0.5 * calibrated.excess() * calibrated.count as f64;
         let gains = path.named.iter().map(|n| n.gain).enumerate();

@@ -66,9 +66,7 @@ impl Force {
     pub fn memory_at_rest(&self, at: &Local, memory: &mut [f64]) {
         self.law.memory_at_rest(&at.at(&at.state(), &[], self.channels), memory);
     }
-}
 
-impl Force {
     /// The force per unit of amplitude at the end of each RK4 step of `h` along a motion that is given
     /// at every time, from rest: what is checked, integrated apart.
     pub fn along(
