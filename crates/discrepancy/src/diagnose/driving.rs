@@ -2,6 +2,9 @@
 
 use super::outcome::Ladder;
 use crate::diagnosis::{Driving, InputNoise, RandomForce};
+use crate::likelihood::coloured::Colour;
+use crate::likelihood::intensity;
+use crate::number;
 
 impl Ladder<'_> {
     /// Noise on the inputs and random forces that the likelihood found.
@@ -54,5 +57,23 @@ impl Ladder<'_> {
             )
         });
         inputs.chain(forces).chain(outputs).collect()
+    }
+
+    /// Noise that samples do not show: what is correlated in time differs little from one to the next.
+    pub(super) fn says_coloured(&self) -> Vec<String> {
+        if !self.found.coloured {
+            return vec![];
+        }
+        let colours = intensity::coloured(&self.found.chosen).unwrap_or_default();
+        let named = self.problem.dataset.outputs.iter().zip(colours);
+        let worth = named.filter(|(_, c)| c.gain > self.decision.prior_odds);
+        let words = worth.map(|(output, Colour { deviation, time, .. })| {
+            format!(
+                "The noise of {} is {deviation:.1} times what it seems from sample to sample: it is correlated over {}.",
+                output.name,
+                number::plain(time, "s")
+            )
+        });
+        words.collect()
     }
 }

@@ -156,6 +156,7 @@ impl<'a> Ladder<'a> {
             ));
         }
         notes.extend(self.says_driving());
+        notes.extend(self.says_coloured());
         notes.extend(clean::notes(self.problem.dataset, self.held_out));
         let end = self.found.chosen.end;
         if end == End::OutOfSteps {
@@ -179,7 +180,7 @@ impl<'a> Ladder<'a> {
         // A residual above the noise that depends on nothing is noise, of another colour or size
         // than was estimated.
         let above = found.calibrated.reduced() > decision.explained * self.floor();
-        if above && found.promise > decision.prior_odds {
+        if above && found.promise > decision.prior_odds && !found.coloured {
             return Verdict::Unexplained;
         }
         // A random force is a name for what is not understood; noise on a recorded input is not.

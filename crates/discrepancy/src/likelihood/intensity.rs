@@ -10,6 +10,7 @@
 //!
 //! so that nothing is simulated again.
 
+use super::coloured::{self, Colour};
 use super::covariance::Covariance;
 use super::maps::Maps;
 use super::sweep::Run;
@@ -38,11 +39,8 @@ const REFINEMENTS: usize = 7;
 pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitError> {
     let problem = fit.problem;
     let none = ProcessNoise::none(problem);
-    let noise = fit.noise.as_deref().unwrap_or(&none);
-    let maps = |run: &Run| Maps::along(run, Some(noise));
-    let all: Result<Vec<Maps>, _> = fit.runs().par_iter().map(maps).collect();
-    let all = all?;
-    let along = Along::new(problem, fit, &all);
+    let all = maps(fit, fit.noise.as_deref().unwrap_or(&none))?;
+    let along = Along::new(problem, fit, &all, ENOUGH);
     let sources = Source::all(&none);
     let begin = along.log_likelihood(&none);
     let mut here = ProcessNoise::stated(problem);
@@ -73,6 +71,38 @@ pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitErro
         }
     }
     Ok((here, best - begin))
+}
+
+/// The noise of each output along a fit that nothing drives, if it is correlated in time.
+///
+/// # Errors
+/// [`FitError::Diverged`].
+pub fn coloured(fit: &Fit) -> Result<Vec<Colour>, FitError> {
+    let problem = fit.problem;
+    let all = maps(fit, &ProcessNoise::none(problem))?;
+    let along = Along::new(problem, fit, &all, usize::MAX);
+    let of_output = |output: usize| {
+        let series = along.windows.iter().map(|w| residual(problem, w, output));
+        coloured::most_likely(&series.collect::<Vec<_>>(), problem.sample)
+    };
+    Ok((0..problem.dataset.outputs.len()).into_par_iter().map(of_output).collect())
+}
+
+/// The windows of a fit, linearised.
+fn maps(fit: &Fit, noise: &ProcessNoise) -> Result<Vec<Maps>, FitError> {
+    let along = |run: &Run| Maps::along(run, Some(noise)).map_err(FitError::from);
+    fit.runs().par_iter().map(along).collect()
+}
+
+/// A window with its maps, its filter and the rows of its outputs.
+type Linearised<'a> = (&'a Window, &'a Maps, &'a Filter, Vec<f64>);
+
+/// The innovations of an output in a window, with their times.
+fn residual(problem: &Problem, w: &Linearised, output: usize) -> coloured::Series {
+    let (w, _, filter, _) = w;
+    let times = &problem.dataset.recordings[w.recording].times[w.range.clone()];
+    let measured = times.iter().enumerate().filter(|(at, _)| filter.measured(*at, output));
+    measured.map(|(at, t)| (*t, filter.innovations(at)[output])).collect()
 }
 
 /// The most likely intensity of a source beside others, and which.
@@ -107,16 +137,16 @@ impl Source {
 /// Some windows of a fit, linearised.
 struct Along<'a> {
     problem: &'a Problem<'a>,
-    windows: Vec<(&'a Window, &'a Maps, &'a Filter, Vec<f64>)>,
+    windows: Vec<Linearised<'a>>,
 }
 
 impl<'a> Along<'a> {
-    fn new(problem: &'a Problem<'a>, fit: &'a Fit, maps: &'a [Maps]) -> Self {
+    fn new(problem: &'a Problem<'a>, fit: &'a Fit, maps: &'a [Maps], enough: usize) -> Self {
         let all: Vec<_> = (fit.windowed.windows.iter().zip(maps))
             .flat_map(|(windows, maps)| windows.iter().zip(&maps.filters).map(move |w| (w, maps)))
             .collect();
         let total: usize = all.iter().map(|((w, _), _)| w.range.len()).sum();
-        let every = total.div_ceil(ENOUGH).max(1);
+        let every = total.div_ceil(enough).max(1);
         let some = all.into_iter().step_by(every);
         let windows = some.map(|((w, f), maps)| (w, maps, f, maps.all_rows(&w.range))).collect();
         Self { problem, windows }
@@ -174,11 +204,7 @@ impl<'a> Along<'a> {
         if sum.is_finite() { sum } else { f64::NEG_INFINITY }
     }
 
-    fn of_window(
-        &self,
-        (w, maps, filter, rows): &(&Window, &Maps, &Filter, Vec<f64>),
-        noise: &ProcessNoise,
-    ) -> f64 {
+    fn of_window(&self, (w, maps, filter, rows): &Linearised, noise: &ProcessNoise) -> f64 {
         let n = maps.width;
         let times = &self.problem.dataset.recordings[w.recording].times;
         let mut unknown = Covariance::known(n);

@@ -28,6 +28,7 @@
 //! | how a fit ended, or why there is none | [`End`], [`FitError`] |
 
 mod chain;
+pub mod coloured;
 mod covariance;
 mod end;
 pub mod evidence;

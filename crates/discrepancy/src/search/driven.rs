@@ -46,7 +46,11 @@ impl<'p> Search<'p> {
     pub(super) fn likelier(&self, free: Searched<'p>, driven: Searched<'p>) -> Searched<'p> {
         // What names nothing explains nothing: moved parameters take up what drives the machine.
         if free.path.named.is_empty() {
-            return driven;
+            let nothing = driven.path.named.is_empty();
+            return match nothing && self.is_coloured(&free.path.fit, &driven.path.fit) {
+                true => Searched { coloured: true, ..free },
+                false => driven,
+            };
         }
         self.watch.tell("which predicts better");
         let [a, b] = [&free, &driven].map(|s| self.error(&s.path.fit).unwrap_or(f64::INFINITY));
@@ -61,6 +65,20 @@ impl<'p> Search<'p> {
         } else {
             driven
         }
+    }
+
+    /// Whether what a machine leaves that follows its recordings from end to end is noise of its
+    /// outputs, of another colour than was estimated: more likely that than what drives it.
+    fn is_coloured(&self, free: &Fit<'p>, driven: &Fit<'p>) -> bool {
+        let whole = |fit: &Fit| fit.windowed.level == 0;
+        let gained = 0.5 * (free.chi2 + free.width() - driven.chi2 - driven.width());
+        whole(free) && whole(driven) && self.colour(free) > gained
+    }
+
+    /// By how many nats noise of the outputs that is correlated in time makes a residual more likely.
+    fn colour(&self, free: &Fit<'p>) -> f64 {
+        let all = intensity::coloured(free).unwrap_or_default();
+        all.iter().map(|c| c.gain).sum()
     }
 
     /// Whether a search by free runs explains as much as one beside noise, each with the noise that

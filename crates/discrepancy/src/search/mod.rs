@@ -70,6 +70,9 @@ pub struct Found<'p> {
     /// Nats that the best candidate or free curve promises beside the model's own physics, what
     /// is correlated counted once.
     pub promise: f64,
+    /// Whether what the model's own physics leaves is noise of the outputs that is correlated in
+    /// time.
+    pub coloured: bool,
     /// One entry an effect of `chosen`; curves of the remainder stand after them.
     pub named: Vec<Named>,
 }
@@ -122,6 +125,7 @@ struct Searched<'p> {
     floor: f64,
     undriven: f64,
     promise: f64,
+    coloured: bool,
 }
 
 impl<'p> Search<'p> {
@@ -162,7 +166,7 @@ impl<'p> Search<'p> {
     /// # Errors
     /// As [`Search::run`].
     pub fn run_in(&self, part: &Search, learn_remainder: bool) -> Result<Found<'p>, DiagnoseError> {
-        let Searched { path, promise, undriven, .. } = part.search()?;
+        let Searched { path, promise, undriven, coloured, .. } = part.search()?;
         self.watch.tell("fitting all recordings");
         let (calibrated, floor) = self.calibrated()?;
         let fit = if path.named.is_empty() {
@@ -172,7 +176,8 @@ impl<'p> Search<'p> {
             self.lengthen(self.watch.necessarily(begin).map_err(|e| self.failed(e))?)
         };
         let path = Path { fit, named: path.named };
-        self.conclude(Searched { calibrated, path, floor, undriven, promise }, learn_remainder)
+        let searched = Searched { calibrated, path, floor, undriven, promise, coloured };
+        self.conclude(searched, learn_remainder)
     }
 
     /// The effects that folds do not speak against.
@@ -227,14 +232,15 @@ impl<'p> Search<'p> {
         self.watch.tell("leaving recordings out");
         let path = self.select(&calibrated, self.prune(&calibrated, path));
         let undriven = calibrated.reduced();
-        Searched { calibrated, path, floor, undriven, promise }
+        Searched { calibrated, path, floor, undriven, promise, coloured: false }
     }
 
     /// A search that ended before it began: all that is not noise may be missing.
     fn unsearched(&self, calibrated: Fit<'p>, floor: f64) -> Searched<'p> {
         let undriven = calibrated.reduced();
         let path = Path { fit: calibrated.clone(), named: vec![] };
-        Searched { calibrated, path, floor, undriven, promise: f64::INFINITY }
+        let promise = f64::INFINITY;
+        Searched { calibrated, path, floor, undriven, promise, coloured: false }
     }
 
     /// The fits that a diagnosis compares, each at its best.
@@ -243,8 +249,10 @@ impl<'p> Search<'p> {
         searched: Searched<'p>,
         learn_remainder: bool,
     ) -> Result<Found<'p>, DiagnoseError> {
-        let Searched { calibrated, path, floor, undriven, promise } = searched;
-        let chosen = self.best_length(chain::polish(path.fit));
+        let Searched { calibrated, path, floor, undriven, promise, coloured } = searched;
+        let chosen = chain::polish(path.fit);
+        // The beginnings of recordings are known no better than their noise.
+        let chosen = if coloured { chosen } else { self.best_length(chosen) };
         let again = self.watch.necessarily(|| self.like(&chosen, &calibrated));
         let again = again.ok_or_else(|| self.diverges())?;
         let held = Hypothesis::of(self.problem.model).held();
@@ -266,6 +274,7 @@ impl<'p> Search<'p> {
             floor,
             undriven,
             promise,
+            coloured,
             named,
         })
     }

@@ -2,6 +2,7 @@
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnosis::Verdict;
+use lacuna_excitation::{add_gaussian_noise, rng};
 
 fn finds_nothing(bench: Bench, seeds: std::ops::Range<u64>) {
     for seed in seeds {
@@ -91,4 +92,30 @@ fn a_sensor_at_the_end_of_its_range() {
     assert_eq!(d.verdict, Verdict::NoMismatch, "{:?}", d.findings);
     let said = d.notes.iter().any(|n| n.contains("At the end of the sensor's range"));
     assert!(said, "{:?}", d.notes);
+}
+
+/// Noise that is correlated from sample to sample is neither a law nor a random force.
+#[test]
+fn noise_of_a_colour() {
+    const KEPT: f64 = 0.9;
+    const DEVIATION: f64 = 4e-3;
+    for bench in [ON_PENDULUM, ON_TWO_MASS] {
+        let mut rng = rng(333, 0);
+        let mut recordings = bench.record(&bench.model(), 333, 3);
+        for column in recordings.iter_mut().flat_map(|r| &mut r.columns[1..]) {
+            let mut white = vec![0.0; column.values.len()];
+            let new = DEVIATION * (1.0 - KEPT * KEPT).sqrt();
+            add_gaussian_noise(&mut white, new, &mut rng).expect("a deviation");
+            let mut noise = 0.0;
+            for (value, new) in column.values.iter_mut().zip(white) {
+                noise = KEPT * noise + new;
+                *value += noise;
+            }
+        }
+        let d = diagnosed(&bench.model(), &recordings).diagnosis;
+        assert_eq!(d.verdict, Verdict::NoMismatch, "{} {:?}", d.model, d.findings);
+        assert!(d.driving.forces.is_empty(), "{:?}", d.driving);
+        let said = d.notes.iter().any(|n| n.contains("it is correlated over"));
+        assert!(said, "{} {:?}", d.model, d.notes);
+    }
 }
