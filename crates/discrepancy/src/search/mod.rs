@@ -255,9 +255,7 @@ impl<'p> Search<'p> {
         let chosen = if coloured { chosen } else { self.best_length(chosen) };
         let again = self.watch.necessarily(|| self.like(&chosen, &calibrated));
         let again = again.ok_or_else(|| self.diverges())?;
-        let held = Hypothesis::of(self.problem.model).held();
-        let nominal = self.watch.necessarily(|| again.refit(held, FULL));
-        let nominal = nominal.map_err(|e| self.failed(e))?;
+        let nominal = self.as_given(&again)?;
         let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
         let calibration_refuted = self.refuted(&nominal, &calibrated);
         let chosen = if learn_remainder { self.with_remainder(&chosen) } else { chosen };
@@ -277,6 +275,26 @@ impl<'p> Search<'p> {
             coloured,
             named,
         })
+    }
+
+    /// The model as it was given, in the windows of a calibrated fit: whichever is better of what begins at
+    /// that fit's states and what grew as it did, from short windows. Over long ones a small step of a
+    /// parameter moves the motion far, and from the states of another motion there is no way back.
+    fn as_given(&self, calibrated: &Fit<'p>) -> Result<Fit<'p>, DiagnoseError> {
+        let held = Hypothesis::of(self.problem.model).held();
+        let level = calibrated.windowed.level;
+        let near = self.watch.necessarily(|| calibrated.refit(held.clone(), FULL));
+        if near.as_ref().is_ok_and(|fit| fit.reduced() < self.decision.explained) {
+            return near.map_err(|e| self.failed(e));
+        }
+        let begun = self.watch.necessarily(|| Fit::begin(self.problem, held, self.level));
+        let grown = begun.ok().map(|fit| chain::lengthen_to(fit, level, (f64::INFINITY, 1.0)));
+        let grown = grown.filter(|fit| fit.windowed.level == level).map(chain::polish);
+        match (near, grown) {
+            (Ok(near), Some(grown)) if grown.misfit() < near.misfit() => Ok(grown),
+            (Err(_), Some(grown)) => Ok(grown),
+            (near, _) => near.map_err(|e| self.failed(e)),
+        }
     }
 
     /// The first effect, or none. A mismatch that short windows cannot name is looked for in

@@ -115,7 +115,7 @@ impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
         let Sizes { parameters, .. } = self.shared.sizes;
         let entries = parameters + self.shared.sizes.variables();
         let plain = vec![0.0; 2 * entries + Table::ROWS * self.shared.sizes.rates()];
-        Room { numbers: vec![], plain }
+        Room::new(vec![], plain)
     }
 
     fn evaluate(&self, room: &mut Room<Dual>, variables: &[Dual], rates: &mut [Dual]) {

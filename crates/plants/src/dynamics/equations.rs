@@ -69,7 +69,7 @@ struct BoundEquations<T> {
 
 impl<T: Number> BoundDynamics<T> for BoundEquations<T> {
     fn room(&self) -> Room<T> {
-        Room { numbers: self.rates.0.registers(&self.rates.1), plain: vec![] }
+        Room::new(self.rates.0.registers(&self.rates.1), vec![])
     }
 
     #[inline(always)]

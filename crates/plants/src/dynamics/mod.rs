@@ -23,7 +23,7 @@
 //!
 //! | what there is | becomes [`Dynamics`] by |
 //! | --- | --- |
-//! | expressions in a model file | [`crate::Model::read`] |
+//! | expressions in a model file, or the robot that it names | [`crate::Model::read`] |
 //! | a closure for v' and x', or two for M and for F and D | [`crate::model::Builder::rates`], [`crate::model::Builder::mechanics`] |
 //! | a program that computes in `f64` | [`Simulator`] and [`Differences`] |
 //! | Rust that computes in any [`Number`] | [`GenericSimulator`] and [`Exact`] |
@@ -33,11 +33,13 @@ mod closure;
 mod differences;
 mod equations;
 mod exact;
+mod robot;
 
 pub(crate) use closure::{Mechanics, Rates};
 pub use differences::{Differences, Simulator};
 pub(crate) use equations::{Equations, Nodes};
 pub use exact::{Exact, GenericSimulator};
+pub(crate) use robot::{PARTS, Part, RobotDynamics};
 
 use crate::model::Step;
 use lacuna_numbers::{Dual, Number};
@@ -131,7 +133,7 @@ pub type Bound<T = f64> = Arc<dyn BoundDynamics<T>>;
 pub trait BoundDynamics<T: Number>: Debug + Send + Sync {
     /// Room to evaluate in: made once, used for every sample of a simulation.
     fn room(&self) -> Room<T> {
-        Room { numbers: vec![], plain: vec![] }
+        Room::new(vec![], vec![])
     }
 
     /// Mass matrix (row-major; the identity for [`Mass::Unit`]), generalised forces and rates of
@@ -166,6 +168,16 @@ pub struct Room<T> {
     pub numbers: Vec<T>,
     /// Plain numbers.
     pub plain: Vec<f64>,
+    /// Bodies that hang together.
+    pub bodies: lacuna_rigid::Room<T>,
+}
+
+impl<T: Number> Room<T> {
+    /// Without bodies.
+    #[must_use]
+    pub fn new(numbers: Vec<T>, plain: Vec<f64>) -> Self {
+        Self { numbers, plain, bodies: lacuna_rigid::Room::new(0) }
+    }
 }
 
 /// Where equations of motion are evaluated.

@@ -33,6 +33,7 @@ use crate::input::{InputPath, MOTION};
 use lacuna_effects::{Channel, Effect, Law, Variable};
 use lacuna_numbers::Linear;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// What is believed of a machine.
@@ -66,6 +67,8 @@ pub struct Model {
 struct Source {
     file: String,
     text: String,
+    /// The robot's own file, where the model names one.
+    robot: Option<PathBuf>,
 }
 
 /// A recorded signal that drives the machine.

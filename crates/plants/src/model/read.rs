@@ -3,6 +3,7 @@
 mod channel;
 mod define;
 mod effect;
+mod robot;
 mod value;
 
 use super::name::check_name;
@@ -17,6 +18,7 @@ use crate::expression::{FORCE_ON, Graph, NodeId, parse};
 use define::Definitions;
 use effect::RawEffect;
 use indexmap::IndexMap;
+use robot::RawRobot;
 use serde::Deserialize;
 use std::ops::Range;
 use std::path::Path;
@@ -32,6 +34,7 @@ struct File {
     name: String,
     #[serde(default)]
     parameters: IndexMap<Spanned<String>, RawParameter>,
+    robot: Option<Spanned<RawRobot>>,
     #[serde(default)]
     define: Definitions,
     #[serde(default)]
@@ -137,7 +140,8 @@ impl Default for RawRecordings {
 }
 
 impl Model {
-    /// Read a model file.
+    /// Read a model file, or a robot's own (`.urdf`), all that it does not say as where a model file
+    /// does not.
     ///
     /// # Errors
     /// [`ModelError`] with the file, line and column, and what was expected there.
@@ -151,7 +155,10 @@ impl Model {
             let message = "this is no text file; a model is a TOML file in UTF-8".to_owned();
             ModelError { file: file.clone(), place: None, message }
         })?;
-        Self::from_text(&text, &file)
+        match robot::about(path) {
+            Some(about) => Self::from_text(&about, &file),
+            None => Self::from_text(&text, &file),
+        }
     }
 
     /// Read a model from its text; `file` is named in errors.
@@ -262,6 +269,9 @@ impl Reader<'_> {
     }
 
     fn model(&self, raw: File) -> Result<Model, ModelError> {
+        if let Some(robot) = &raw.robot {
+            return self.robot(&raw, robot);
+        }
         let mut names = self.names(&raw)?;
         let parameters = self.parameters(&raw)?;
         let mut nodes = Nodes::default();
@@ -294,6 +304,7 @@ impl Reader<'_> {
             source: Some(Arc::new(Source {
                 file: self.file.to_owned(),
                 text: self.text.to_owned(),
+                robot: None,
             })),
         };
         self.check_force_units(&model, &raw.coordinate)?;

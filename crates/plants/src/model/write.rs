@@ -2,6 +2,7 @@
 
 use super::{Model, ModelEffect, ModelError, Parameter, Uncertainty};
 use lacuna_effects::{Effect, Kind, Variable};
+use std::path::Path;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
 /// What to change in a model.
@@ -75,6 +76,9 @@ impl Model {
             message: e.message().to_owned(),
         };
         let mut document: DocumentMut = source.text.parse().map_err(failed)?;
+        if let Some(robot) = &source.robot {
+            document["robot"]["file"] = value(absolute(robot));
+        }
         self.augment(&mut document, &source.file, augmentation)?;
         let out = document.to_string();
         debug_assert!(Model::from_text(&out, &source.file).is_ok(), "{out}");
@@ -87,15 +91,7 @@ impl Model {
         document["name"] = value(&self.name);
         let mut parameters = Table::new();
         for p in &self.parameters {
-            let mut entry = InlineTable::new();
-            entry.insert("value", Value::from(p.value));
-            entry.insert("unit", Value::from(p.unit.as_str()));
-            let (key, size) = match p.uncertainty {
-                Uncertainty::Relative(tolerance) => ("tolerance", tolerance),
-                Uncertainty::Absolute(std) => ("std", std),
-            };
-            entry.insert(key, Value::from(size));
-            parameters[&p.name] = value(entry);
+            parameters[&p.name] = value(as_entry(p));
         }
         document["parameters"] = Item::Table(parameters);
         let mut effects = ArrayOfTables::new();
@@ -113,6 +109,7 @@ impl Model {
         augmentation: &Augmentation,
     ) -> Result<(), ModelError> {
         for (name, new, std) in &augmentation.parameters {
+            self.declare(document, name);
             if let Some(entry) = document["parameters"].get_mut(name) {
                 self.calibrate(entry, name, (*new, *std));
             }
@@ -132,6 +129,17 @@ impl Model {
         Ok(())
     }
 
+    /// A parameter that the text leaves to the robot's own file.
+    fn declare(&self, document: &mut DocumentMut, name: &str) {
+        let parameter = self.parameters.iter().find(|p| p.name == name);
+        let from_robot = self.source.as_ref().is_some_and(|source| source.robot.is_some());
+        let parameters = document.entry("parameters").or_insert(Item::Table(Table::new()));
+        let (Some(p), Some(table)) = (parameter, parameters.as_table_like_mut()) else { return };
+        if from_robot && !table.contains_key(name) {
+            table.insert(name, value(as_entry(p)));
+        }
+    }
+
     /// A parameter with its calibrated value; how sure the model was of it stays as it was.
     fn calibrate(&self, entry: &mut Item, name: &str, (new, std): (f64, f64)) {
         entry["value"] = value(new);
@@ -145,6 +153,25 @@ impl Model {
         }
         entry["calibrated_std"] = value(std);
     }
+}
+
+/// A parameter as a model file says it.
+fn as_entry(p: &Parameter) -> InlineTable {
+    let mut entry = InlineTable::new();
+    entry.insert("value", Value::from(p.value));
+    entry.insert("unit", Value::from(p.unit.as_str()));
+    let (key, size) = match p.uncertainty {
+        Uncertainty::Relative(tolerance) => ("tolerance", tolerance),
+        Uncertainty::Absolute(std) => ("std", std),
+    };
+    entry.insert(key, Value::from(size));
+    entry
+}
+
+/// Where a file is, from anywhere: what is written may stand in another folder.
+fn absolute(path: &Path) -> String {
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    path.to_string_lossy().into_owned()
 }
 
 fn table(new: &NewEffect, model: &Model) -> Table {

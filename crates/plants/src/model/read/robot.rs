@@ -1,0 +1,361 @@
+//! `[robot]`: a model whose equations of motion are those of a robot's own file.
+
+use super::{File, RawInput, Reader};
+use crate::dynamics::{Dynamics, PARTS, Part, RobotDynamics, Sizes};
+use crate::model::{
+    Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, RecordedInput, Source,
+    Uncertainty,
+};
+use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_rigid::{Body, JointKind, Robot, RobotError, Tree, urdf};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use toml::Spanned;
+
+/// Gravity where nothing is said, m/s^2.
+const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawRobot {
+    file: Spanned<String>,
+    gravity: Option<Spanned<[f64; 3]>>,
+    #[serde(default)]
+    locked: Vec<Spanned<RawLocked>>,
+    #[serde(default)]
+    tolerance: RawTolerance,
+}
+
+/// A joint that is held still: its name, in which a final `*` stands for any end, or with where it is.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "the name of a joint, or { name = \"...\", at = its coordinate }")]
+enum RawLocked {
+    Name(String),
+    At(LockedAt),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LockedAt {
+    name: String,
+    at: f64,
+}
+
+/// One standard deviation of what is believed: relative of mass and inertia, in metres of a centre of mass.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTolerance {
+    mass: Option<Spanned<f64>>,
+    com: Option<Spanned<f64>>,
+    inertia: Option<Spanned<f64>>,
+}
+
+/// The model file that says no more than a robot's own; none where a file is none.
+pub(super) fn about(path: &Path) -> Option<String> {
+    let kind = path.extension()?.to_str()?.to_ascii_lowercase();
+    let (name, stem) = (path.file_name()?.to_str()?, path.file_stem()?.to_str()?);
+    let quoted = |text: &str| toml_edit::Value::from(text).to_string();
+    (kind == "urdf").then(|| {
+        format!("name = {}\n\n[robot]\nfile = {}\n", quoted(stem).trim(), quoted(name).trim())
+    })
+}
+
+impl Reader<'_> {
+    pub(super) fn robot(&self, raw: &File, table: &Spanned<RawRobot>) -> Result<Model, ModelError> {
+        self.check_alone(raw, table)?;
+        let robot = table.get_ref();
+        let file = self.beside(robot.file.get_ref());
+        let tree = Arc::new(self.tree(robot, &file)?);
+        let gravity = robot.gravity.as_ref().map_or(GRAVITY, |g| *g.get_ref());
+        if let Some(g) = robot.gravity.as_ref().filter(|_| gravity.iter().any(|g| !g.is_finite())) {
+            return Err(self.error(g.span(), "gravity must be finite".to_owned()));
+        }
+        let dynamics = RobotDynamics::new(tree.clone(), gravity);
+        let parameters = self.robot_parameters(&tree, &robot.tolerance, &dynamics)?;
+        let mut model = Model {
+            name: raw.name.clone(),
+            parameters,
+            inputs: tree.bodies.iter().map(input).collect(),
+            coordinates: tree.bodies.iter().map(coordinate).collect(),
+            states: vec![],
+            effects: vec![],
+            measurements: vec![],
+            time_column: raw.recordings.time.clone(),
+            hold: raw.recordings.input_hold,
+            dynamics: Arc::new(dynamics),
+            source: Some(Arc::new(Source {
+                file: self.file.to_owned(),
+                text: self.text.to_owned(),
+                robot: Some(file),
+            })),
+        };
+        self.override_parameters(raw, &mut model)?;
+        self.override_inputs(&raw.input, &mut model)?;
+        for m in &raw.measurement {
+            let measurement = self.measured_of_robot(m, &model)?;
+            model.measurements.push(measurement);
+        }
+        self.check_measured_inputs(&raw.measurement, &model.measurements)?;
+        for e in &raw.effect {
+            let effect = self.effect(e, &model)?;
+            model.effects.push(effect);
+        }
+        self.check_weight(&model, &tree, table)?;
+        Ok(model)
+    }
+
+    /// A robot's file is all that moves.
+    fn check_alone(&self, raw: &File, table: &Spanned<RawRobot>) -> Result<(), ModelError> {
+        let others = [
+            ("[[coordinate]]", !raw.coordinate.is_empty()),
+            ("[[state]]", !raw.state.is_empty()),
+            ("[mechanics]", raw.mechanics.is_some()),
+            ("[define]", !raw.define.is_empty()),
+        ];
+        match others.iter().find(|(_, there)| *there) {
+            Some((other, _)) => {
+                let message =
+                    format!("[robot] says how all joints move: {other} cannot stand beside it");
+                Err(self.error(table.span(), message))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// A path relative to this file.
+    fn beside(&self, name: &str) -> PathBuf {
+        Path::new(self.file).parent().unwrap_or(Path::new("")).join(name)
+    }
+
+    fn tree(&self, raw: &RawRobot, file: &Path) -> Result<Tree, ModelError> {
+        let text = std::fs::read_to_string(file).map_err(|e| {
+            let message = format!("the robot's file {} cannot be read: {e}", file.display());
+            self.error(raw.file.span(), message)
+        })?;
+        let in_file = |e: RobotError| ModelError {
+            file: file.display().to_string(),
+            place: e.line.map(|line| Place::of_line(&text, line as usize)),
+            message: e.message,
+        };
+        let robot = urdf::read(&text).map_err(in_file)?;
+        let held = self.held(&raw.locked, &robot)?;
+        robot.tree(&held).map_err(in_file)
+    }
+
+    /// The joints that are held still, each where.
+    fn held(
+        &self,
+        locked: &[Spanned<RawLocked>],
+        robot: &Robot,
+    ) -> Result<Vec<(String, f64)>, ModelError> {
+        let mut held = vec![];
+        for entry in locked {
+            let (pattern, at) = match entry.get_ref() {
+                RawLocked::Name(name) => (name, 0.0),
+                RawLocked::At(LockedAt { name, at }) => (name, *at),
+            };
+            if !at.is_finite() {
+                return Err(
+                    self.error(entry.span(), "a joint is held at a finite place".to_owned())
+                );
+            }
+            let meant = |name: &str| match pattern.strip_suffix('*') {
+                Some(begin) => name.starts_with(begin),
+                None => name == pattern,
+            };
+            let names: Vec<_> = robot.joints.iter().map(|j| &j.name).filter(|n| meant(n)).collect();
+            if names.is_empty() {
+                let known: Vec<&str> = robot.joints.iter().map(|j| j.name.as_str()).collect();
+                let message =
+                    format!("'{pattern}' is none of the robot's joints: {}", known.join(", "));
+                return Err(self.error(entry.span(), message));
+            }
+            held.extend(names.into_iter().map(|name| (name.clone(), at)));
+        }
+        Ok(held)
+    }
+
+    /// The parameters of all bodies. Those that change nothing, wherever the robot is, are known.
+    fn robot_parameters(
+        &self,
+        tree: &Tree,
+        tolerance: &RawTolerance,
+        dynamics: &RobotDynamics,
+    ) -> Result<Vec<Parameter>, ModelError> {
+        let share = |of: &Option<Spanned<f64>>| match of {
+            None => Ok(0.0),
+            Some(t) if *t.get_ref() >= 0.0 && t.get_ref().is_finite() => Ok(*t.get_ref()),
+            Some(t) => {
+                let message = format!(
+                    "a tolerance is a standard deviation, 0 or more; found {}",
+                    t.get_ref()
+                );
+                Err(self.error(t.span(), message))
+            }
+        };
+        let (mass, com) = (share(&tolerance.mass)?, share(&tolerance.com)?);
+        let inertia = share(&tolerance.inertia)?;
+        let values = RobotDynamics::values(tree);
+        let matters = matters(dynamics, &values);
+        let mut parameters = Vec::with_capacity(values.len());
+        for (k, value) in values.iter().enumerate() {
+            let (body, (suffix, part)) = (&tree.bodies[k / PARTS.len()], PARTS[k % PARTS.len()]);
+            let std = match part {
+                Part::Mass => mass * value,
+                Part::Centre if body.inertia.mass > 0.0 => com,
+                Part::Inertia => inertia * radius(&body.inertia.inertia, suffix),
+                Part::Centre | Part::Damping | Part::Friction | Part::Armature => 0.0,
+            };
+            let turns = body.joint.kind == JointKind::Revolute;
+            let (of, unit) = match part {
+                Part::Mass => (&body.name, "kg"),
+                Part::Centre => (&body.name, "m"),
+                Part::Inertia => (&body.name, "kg m^2"),
+                Part::Damping => (&body.joint.name, if turns { "N m s/rad" } else { "N s/m" }),
+                Part::Friction => (&body.joint.name, if turns { "N m" } else { "N" }),
+                Part::Armature => (&body.joint.name, if turns { "kg m^2" } else { "kg" }),
+            };
+            parameters.push(Parameter {
+                name: format!("{of}.{suffix}"),
+                value: *value,
+                unit: unit.to_owned(),
+                uncertainty: Uncertainty::Absolute(if matters[k] { std } else { 0.0 }),
+            });
+        }
+        Ok(parameters)
+    }
+
+    /// `[parameters]` beside a robot: other values of what its file says, or how sure they are.
+    fn override_parameters(&self, raw: &File, model: &mut Model) -> Result<(), ModelError> {
+        for (new, raw_new) in self.parameters(raw)?.into_iter().zip(raw.parameters.values()) {
+            let Some(own) = model.parameters.iter_mut().find(|p| p.name == new.name) else {
+                return Err(self.unknown_parameter(raw, &new.name, model));
+            };
+            own.value = new.value;
+            if raw_new.tolerance.is_some() || raw_new.std.is_some() {
+                own.uncertainty = new.uncertainty;
+            }
+        }
+        Ok(())
+    }
+
+    /// `[[input]]` beside a robot: what is known of the signals that drive its joints.
+    fn override_inputs(&self, raw: &[RawInput], model: &mut Model) -> Result<(), ModelError> {
+        for (new, raw) in self.inputs(raw)?.into_iter().zip(raw) {
+            let known: Vec<_> = model.inputs.iter().map(|i| i.name.clone()).collect();
+            let Some(own) = model.inputs.iter_mut().find(|i| i.name == new.name) else {
+                let message =
+                    format!("'{}' is none of the robot's inputs: {}", new.name, known.join(", "));
+                return Err(self.error(raw.name.span(), message));
+            };
+            (own.actuator, own.noise) = (new.actuator, new.noise);
+        }
+        Ok(())
+    }
+
+    fn measured_of_robot(
+        &self,
+        raw: &super::RawMeasurement,
+        model: &Model,
+    ) -> Result<Measurement, ModelError> {
+        let text = raw.of.get_ref();
+        let state = (0..model.machine_states()).find(|&s| model.state_name(s) == text);
+        let input = || model.inputs.iter().position(|i| i.name == *text).map(Measured::Input);
+        let Some(of) = state.map(Measured::State).or_else(input) else {
+            let states = (0..model.machine_states()).map(|s| model.state_name(s));
+            let inputs = model.inputs.iter().map(|i| i.name.as_str());
+            let known: Vec<&str> = states.chain(inputs).collect();
+            let message = format!(
+                "of a robot '{text}' is not measured; expected one of {}",
+                known.join(", ")
+            );
+            return Err(self.error(raw.of.span(), message));
+        };
+        Ok(Measurement {
+            column: raw.column.clone(),
+            unit: raw.unit.clone(),
+            of,
+            text: text.clone(),
+        })
+    }
+
+    /// What moves must have inertia.
+    fn check_weight(
+        &self,
+        model: &Model,
+        tree: &Tree,
+        table: &Spanned<RawRobot>,
+    ) -> Result<(), ModelError> {
+        if !model.is_singular_at_rest() {
+            return Ok(());
+        }
+        let Some(body) = tree.weightless() else {
+            let message = "the mass matrix is singular where all joints are at 0".to_owned();
+            return Err(self.error(table.span(), message));
+        };
+        let (link, joint) = (&body.name, &body.joint.name);
+        let message = format!(
+            "joint '{joint}' moves what has no inertia: link '{link}' and all that hangs from it. Say how \
+             large its rotor's inertia may be, \"{joint}.armature\" = {{ value = ..., std = ... }} in \
+             [parameters], or hold it still, locked = [\"{joint}\"] in [robot]"
+        );
+        Err(self.error(table.span(), message))
+    }
+}
+
+/// How large an entry of an inertia is as one of its kind: itself on the diagonal, and the mean of the two
+/// it stands between off it.
+fn radius(&[xx, _, _, yy, _, zz]: &[f64; 6], entry: &str) -> f64 {
+    match entry {
+        "inertia_xx" => xx,
+        "inertia_yy" => yy,
+        "inertia_zz" => zz,
+        "inertia_xy" => (xx * yy).sqrt(),
+        "inertia_xz" => (xx * zz).sqrt(),
+        _ => (yy * zz).sqrt(),
+    }
+}
+
+/// Which parameters change anything anywhere: the inertia of a body that only turns about one axis is known
+/// about that axis alone.
+fn matters(dynamics: &RobotDynamics, values: &[f64]) -> Vec<bool> {
+    const SMALL: f64 = 1e-12;
+    let sizes: Sizes = dynamics.sizes();
+    // Coordinates and velocities in no relation to each other.
+    let place = |k: usize| ((k + 1) as f64 * 0.754_877_666).fract() * 4.0 - 2.0;
+    let variables: Vec<Dual> = (0..sizes.variables()).map(|k| Dual::constant(place(k))).collect();
+    let mut rates = vec![Dual::constant(0.0); sizes.rates()];
+    let mut matters = vec![false; values.len()];
+    for first in (0..values.len()).step_by(LANES) {
+        let along: Vec<Dual> =
+            values.iter().enumerate().map(|(k, v)| Dual::among(*v, k, first)).collect();
+        dynamics.bind_dual(&along).evaluate_once(&variables, &mut rates);
+        for lane in 0..LANES.min(values.len() - first) {
+            matters[first + lane] = rates.iter().any(|r| r.tangent[lane].abs() > SMALL);
+        }
+    }
+    matters
+}
+
+fn input(body: &Body) -> RecordedInput {
+    let (what, unit) = match body.joint.kind {
+        JointKind::Revolute => ("torque", "N m"),
+        JointKind::Prismatic => ("force", "N"),
+    };
+    RecordedInput::new(&format!("{}_{what}", body.joint.name), unit)
+}
+
+fn coordinate(body: &Body) -> Coordinate {
+    let (unit, force_unit) = match body.joint.kind {
+        JointKind::Revolute => ("rad", "N m"),
+        JointKind::Prismatic => ("m", "N"),
+    };
+    Coordinate {
+        name: body.joint.name.clone(),
+        velocity: format!("{}_vel", body.joint.name),
+        unit: unit.to_owned(),
+        force_unit: Some(force_unit.to_owned()),
+        imposed: false,
+    }
+}

@@ -1,0 +1,260 @@
+//! A model whose equations are those of a robot's own file.
+
+use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::model::{Augmentation, NewEffect, Uncertainty};
+use lacuna_plants::{Model, Plant, System};
+use std::path::PathBuf;
+
+/// Two links that swing in the x-z plane, a slide at the end, and a gripper.
+const ARM: &str = r#"<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0 0 -0.2"/><mass value="2"/>
+    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.003"/></inertial></link>
+  <link name="lower"><inertial><origin xyz="0.01 0 -0.1"/><mass value="1"/>
+    <inertia ixx="0.01" ixy="0" ixz="0.001" iyy="0.01" iyz="0" izz="0.001"/></inertial></link>
+  <link name="tool"><inertial><origin xyz="0 0 0"/><mass value="0.5"/>
+    <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+  <link name="finger"><inertial><origin xyz="0 0 0"/><mass value="0.1"/>
+    <inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/></inertial></link>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 1 0"/><dynamics damping="0.4" friction="0.2"/></joint>
+  <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0 0 -0.4"/><axis xyz="0 1 0"/></joint>
+  <joint name="slide" type="prismatic"><parent link="lower"/><child link="tool"/>
+    <origin xyz="0 0 -0.2"/><axis xyz="0 0 -1"/>
+    <limit lower="0" upper="1" effort="9" velocity="9"/></joint>
+  <joint name="grip_left" type="revolute"><parent link="tool"/><child link="finger"/>
+    <axis xyz="1 0 0"/><limit lower="0" upper="1" effort="9" velocity="9"/></joint>
+</robot>
+"#;
+
+const MODEL: &str = r#"name = "arm"
+[robot]
+file = "arm.urdf"
+locked = ["grip_*"]
+tolerance = { mass = 0.05, com = 0.01, inertia = 0.1 }
+"#;
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().expect("a folder"));
+        std::fs::write(folder.file("arm.urdf"), ARM).expect("a file");
+        folder
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn model(&self, text: &str) -> Result<Model, String> {
+        let file = self.file("model.toml").display().to_string();
+        Model::from_text(text, &file).map_err(|e| e.to_string())
+    }
+}
+
+#[test]
+fn its_joints_are_the_models_coordinates() {
+    let model = Folder::new().model(MODEL).expect("a model");
+    let names: Vec<_> = (0..6).map(|s| (model.state_name(s), model.state_unit(s))).collect();
+    let expected = [
+        ("shoulder", "rad"),
+        ("elbow", "rad"),
+        ("slide", "m"),
+        ("shoulder_vel", "rad/s"),
+        ("elbow_vel", "rad/s"),
+        ("slide_vel", "m/s"),
+    ];
+    assert_eq!(names, expected.map(|(name, unit)| (name, unit.to_owned())));
+    let inputs: Vec<_> = model.inputs.iter().map(|i| (&*i.name, &*i.unit)).collect();
+    let torques = [("shoulder_torque", "N m"), ("elbow_torque", "N m"), ("slide_force", "N")];
+    assert_eq!(inputs, torques);
+    assert_eq!(model.force_unit(0), "N m");
+    assert_eq!(model.force_unit(2), "N");
+    let find = |name: &str| model.parameters.iter().find(|p| p.name == name).expect("it is there");
+    assert_eq!(find("lower.mass").std(), 0.05);
+    assert_eq!(find("lower.com_x").std(), 0.01);
+    // The finger is a part of the tool.
+    assert!((find("tool.mass").value - 0.6).abs() < 1e-15);
+    assert_eq!((find("shoulder.damping").value, find("slide.damping").std()), (0.4, 0.0));
+    // The upper arm turns about y alone: of its inertia nothing else can matter.
+    let uncertain = |name: &str| find(name).std() > 0.0;
+    assert!(uncertain("upper.inertia_yy") && !uncertain("upper.inertia_xx"));
+    assert!(!uncertain("upper.com_y") && uncertain("upper.com_z"));
+}
+
+/// The state's rates, with derivatives by all that they depend on, against differences.
+#[test]
+fn derivatives_are_exact() {
+    let model = Folder::new().model(MODEL).expect("a model");
+    let values = model.values();
+    let sizes = model.dynamics().sizes();
+    let variables: Vec<f64> =
+        (0..sizes.variables()).map(|k| (1.7 * k as f64).sin() * 0.8 + 0.1).collect();
+    let rates = |values: &[f64], variables: &[f64]| {
+        let mut rates = vec![0.0; sizes.rates()];
+        model.dynamics().bind(values).evaluate_once(variables, &mut rates);
+        rates
+    };
+    let all: Vec<f64> = values.iter().chain(&variables).copied().collect();
+    let mut largest = 0.0f64;
+    for first in (0..all.len()).step_by(LANES) {
+        let along: Vec<Dual> =
+            all.iter().enumerate().map(|(k, x)| Dual::among(*x, k, first)).collect();
+        let (parameters, at) = along.split_at(values.len());
+        let mut exact = vec![Dual::constant(0.0); sizes.rates()];
+        model.dynamics().bind_dual(parameters).evaluate_once(at, &mut exact);
+        for (lane, k) in (first..all.len()).take(LANES).enumerate() {
+            let moved = |by: f64| {
+                let mut all = all.clone();
+                all[k] += by;
+                let (values, variables) = all.split_at(values.len());
+                rates(values, variables)
+            };
+            const STEP: f64 = 1e-5;
+            for ((above, below), exact) in moved(STEP).iter().zip(moved(-STEP)).zip(&exact) {
+                let slope = (above - below) / (2.0 * STEP);
+                let off = (slope - exact.tangent[lane]).abs();
+                assert!(off < 1e-6 * (1.0 + slope.abs()), "{k}: {slope} {}", exact.tangent[lane]);
+                largest = largest.max(slope.abs());
+            }
+        }
+    }
+    assert!(largest > 1.0);
+}
+
+/// Without friction and torque its energy stays: that of the bodies' motion in M, and of their height.
+#[test]
+fn energy_is_kept() {
+    let folder = Folder::new();
+    let free = format!(
+        "{MODEL}[parameters]\n\"shoulder.damping\" = {{ value = 0 }}\n\"shoulder.friction\" = {{ value = 0 }}\n"
+    );
+    let model = folder.model(&free).expect("a model");
+    let system = System::new(&model);
+    let mut state = vec![0.4, -0.9, 0.1, 1.0, -2.0, 0.3];
+    let energy = |state: &[f64]| {
+        let mut rates = vec![0.0; model.dynamics().sizes().rates()];
+        let mut variables = state.to_vec();
+        variables.extend([0.0; 4]);
+        model.dynamics().bind(&model.values()).evaluate_once(&variables, &mut rates);
+        let v = &state[3..];
+        let kinetic: f64 = (0..9).map(|k| 0.5 * v[k / 3] * rates[k] * v[k % 3]).sum();
+        // Turned by a about y the x axis sinks: (x, z) -> (x cos a + z sin a, z cos a - x sin a).
+        let height = |x: f64, z: f64, a: f64| z * a.cos() - x * a.sin();
+        let (a, b, s) = (state[0], state[0] + state[1], state[2]);
+        let elbow = height(0.0, -0.4, a);
+        kinetic
+            + 9.81
+                * (2.0 * height(0.0, -0.2, a)
+                    + (elbow + height(0.01, -0.1, b))
+                    + 0.6 * (elbow + height(0.0, -0.2 - s, b)))
+    };
+    let before = energy(&state);
+    let h = 1e-3;
+    let slope = |state: &[f64]| {
+        let mut d = vec![0.0; 6];
+        system.derivative(0.0, state, &[0.0; 3], &mut d);
+        d
+    };
+    let step = |x: &[f64], d: &[f64], h: f64| -> Vec<f64> {
+        x.iter().zip(d).map(|(x, d)| x + h * d).collect()
+    };
+    for _ in 0..500 {
+        let k1 = slope(&state);
+        let k2 = slope(&step(&state, &k1, 0.5 * h));
+        let k3 = slope(&step(&state, &k2, 0.5 * h));
+        let k4 = slope(&step(&state, &k3, h));
+        for (i, x) in state.iter_mut().enumerate() {
+            *x += h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
+        }
+    }
+    assert!((energy(&state) - before).abs() < 1e-8 * before.abs(), "{before} {}", energy(&state));
+}
+
+#[test]
+fn what_is_found_is_written_beside_the_robot() {
+    let folder = Folder::new();
+    let text = format!(
+        "{MODEL}[parameters]\n\"slide.armature\" = {{ value = 0.2, unit = \"kg\", std = 0.1 }}\n"
+    );
+    let model = folder.model(&text).expect("a model");
+    let armature = model.parameters.iter().find(|p| p.name == "slide.armature").expect("it");
+    assert_eq!((armature.value, armature.uncertainty), (0.2, Uncertainty::Absolute(0.1)));
+    let found = NewEffect {
+        effect: lacuna_effects::find("coulomb_friction").expect("in the catalogue"),
+        channel: "elbow".to_owned(),
+        other: None,
+        parameters: vec![(0.7, Some(0.1), "N m".to_owned()), (0.01, None, "rad/s".to_owned())],
+    };
+    let parameters =
+        vec![("lower.mass".to_owned(), 1.07, 0.01), ("slide.armature".to_owned(), 0.25, 0.02)];
+    let written =
+        model.augmented_text(&Augmentation { parameters, effects: vec![found] }).expect("text");
+    // Read from another folder.
+    let again = Model::from_text(&written, "/nowhere/augmented.toml").expect("a model");
+    let value = |name: &str| again.parameters.iter().find(|p| p.name == name).expect("it").value;
+    assert_eq!((value("lower.mass"), value("slide.armature")), (1.07, 0.25));
+    let mass = again.parameters.iter().find(|p| p.name == "lower.mass").expect("it");
+    assert_eq!(mass.std(), 0.05, "how sure the model was stays as it was");
+    assert_eq!(again.effects.len(), 1);
+    assert_eq!(
+        again.effect_channel_name(again.effects[0].effect, again.effects[0].channel),
+        "elbow"
+    );
+}
+
+#[test]
+fn mistakes_are_told_with_their_place() {
+    let folder = Folder::new();
+    let cases: [(&str, &str, &[&str]); 9] = [
+        ("arm.urdf", "leg.urdf", &["model.toml:3", "leg.urdf", "cannot be read"]),
+        ("grip_*", "wrist_*", &["model.toml:4", "wrist_*", "shoulder, elbow, slide, grip_left"]),
+        ("mass = 0.05", "mass = -1", &["model.toml:5", "0 or more"]),
+        ("mass = 0.05", "weight = 1", &["model.toml:5", "weight"]),
+        (
+            "[robot]",
+            "[[coordinate]]\nname = \"q\"\nvelocity = \"v\"\n[robot]",
+            &["[[coordinate]]", "[robot]"],
+        ),
+        (
+            "[robot]",
+            "[parameters]\n\"hand.mass\" = { value = 1 }\n[robot]",
+            &["model.toml:3", "hand.mass"],
+        ),
+        ("[robot]", "[[input]]\nname = \"u\"\n[robot]", &["'u'", "slide_force"]),
+        (
+            "[robot]",
+            "[[measurement]]\ncolumn = \"c\"\nof = \"grip_left\"\n[robot]",
+            &["grip_left", "elbow_vel"],
+        ),
+        ("locked = [\"grip_*\"]", "gravity = [0, 0, inf]", &["gravity", "finite"]),
+    ];
+    for (from, to, words) in cases {
+        let said = folder.model(&MODEL.replace(from, to)).expect_err(to);
+        for word in words {
+            assert!(said.contains(word), "{to}: {said}");
+        }
+    }
+    // Mistakes in the robot's file are told with its own lines.
+    std::fs::write(folder.file("arm.urdf"), ARM.replace("value=\"2\"", "value=\"-2\"")).unwrap();
+    let said = folder.model(MODEL).expect_err("a negative mass");
+    assert!(said.contains("arm.urdf:3") && said.contains("upper"), "{said}");
+    // A link that weighs nothing cannot be simulated, but for its rotor.
+    let weightless = ARM.replace("<mass value=\"0.5\"/>", "<mass value=\"0\"/>");
+    let weightless = weightless.replace("<mass value=\"0.1\"/>", "<mass value=\"0\"/>");
+    std::fs::write(folder.file("arm.urdf"), weightless).unwrap();
+    let said = folder.model(MODEL).expect_err("no inertia");
+    assert!(said.contains("'slide' moves what has no inertia: link 'tool'"), "{said}");
+    let rotor = format!("{MODEL}[parameters]\n\"slide.armature\" = {{ value = 0.2, std = 0.1 }}\n");
+    folder.model(&rotor).expect("a rotor has inertia");
+}
+
+#[test]
+fn a_robots_file_is_a_model() {
+    let folder = Folder::new();
+    let model = Model::read(&folder.file("arm.urdf")).expect("a model");
+    assert_eq!((&*model.name, model.coordinates.len()), ("arm", 4));
+    assert!(model.parameters.iter().all(|p| p.std() == 0.0));
+}

@@ -1,0 +1,106 @@
+//! Inertia of bodies.
+
+use crate::algebra::{Matrix, Pose, Vector, add, dot, product, scaled, times};
+use lacuna_numbers::Number;
+
+/// How hard a body is to move, about the origin of its frame: all dynamics are linear in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia<T> {
+    /// Mass m, kg.
+    pub mass: T,
+    /// First moment m c, kg m.
+    pub moment: Vector<T>,
+    /// Inertia about the origin, kg m^2; symmetric.
+    pub about_origin: Matrix<T>,
+}
+
+/// The ten numbers of a body as files give them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InertialParameters<T> {
+    /// Mass, kg.
+    pub mass: T,
+    /// Centre of mass in the body's frame, m.
+    pub centre: Vector<T>,
+    /// Inertia about the centre of mass along the frame's axes, kg m^2: xx, xy, xz, yy, yz, zz.
+    pub inertia: [T; 6],
+}
+
+impl<T: Number> Inertia<T> {
+    /// That of nothing.
+    #[must_use]
+    pub fn none() -> Self {
+        let zero = T::constant(0.0);
+        Self { mass: zero, moment: [zero; 3], about_origin: [[zero; 3]; 3] }
+    }
+
+    /// That of two bodies, held together.
+    #[inline(always)]
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            mass: self.mass + other.mass,
+            moment: add(self.moment, other.moment),
+            about_origin: std::array::from_fn(|i| add(self.about_origin[i], other.about_origin[i])),
+        }
+    }
+
+    /// The same body as it is seen from a frame in which its own stands so: the moment c' = R c + m p,
+    /// the inertia R I R^T + 2 (p . Rc) 1 - p (Rc)^T - (Rc) p^T + m (p . p 1 - p p^T).
+    #[inline(always)]
+    pub(crate) fn seen_from(&self, rotation: &Matrix<T>, place: Vector<T>) -> Self {
+        let turned = times(rotation, self.moment);
+        let (m, p) = (self.mass, place);
+        let half = product(rotation, &self.about_origin);
+        let moment = add(turned, scaled(p, m));
+        let round = dot(p, add(turned, moment));
+        let mut about = [[round; 3]; 3];
+        for i in 0..3 {
+            for j in 0..=i {
+                // p (Rc)^T + (Rc) p^T + m p p^T = p (Rc + m p)^T + (Rc) p^T.
+                let entry = dot(half[i], rotation[j]) - p[i] * moment[j] - turned[i] * p[j];
+                about[i][j] = if i == j { entry + round } else { entry };
+                about[j][i] = about[i][j];
+            }
+        }
+        Self { mass: m, moment, about_origin: about }
+    }
+}
+
+impl Inertia<f64> {
+    /// The same body as it is seen from a frame in which its own stands at this pose.
+    #[must_use]
+    pub fn seen_from_frame(&self, pose: &Pose) -> Self {
+        self.seen_from(&pose.rotation, pose.translation)
+    }
+
+    /// The ten numbers as files give them; those of nothing where there is no mass.
+    #[must_use]
+    pub fn parameters(&self) -> InertialParameters<f64> {
+        let m = self.mass;
+        let centre = if m > 0.0 { scaled(self.moment, 1.0 / m) } else { [0.0; 3] };
+        let square = dot(centre, centre);
+        let entry = |i: usize, j: usize| {
+            let round = if i == j { square } else { 0.0 };
+            self.about_origin[i][j] - m * (round - centre[i] * centre[j])
+        };
+        let pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+        InertialParameters { mass: m, centre, inertia: pairs.map(|(i, j)| entry(i, j)) }
+    }
+}
+
+impl<T: Number> InertialParameters<T> {
+    /// About the origin of the body's frame.
+    #[must_use]
+    pub fn about_origin(&self) -> Inertia<T> {
+        let (m, c, [xx, xy, xz, yy, yz, zz]) = (self.mass, self.centre, self.inertia);
+        let square = dot(c, c);
+        let about_centre = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let about_origin = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let round = if i == j { square } else { T::constant(0.0) };
+                about_centre[i][j] + m * (round - c[i] * c[j])
+            })
+        });
+        Inertia { mass: m, moment: scaled(c, m), about_origin }
+    }
+}

@@ -1,0 +1,32 @@
+//! Rigid bodies that hang together by joints: a kinematic tree obeys
+//!
+//! ```text
+//! M(q) q'' + h(q, q') = tau
+//! ```
+//!
+//! | on paper | in code |
+//! | --- | --- |
+//! | body i, its parent p(i) | [`Body`] in [`Tree::bodies`], [`Body::parent`] |
+//! | joint i: axis z_i, turned or slid along by q_i | [`Joint`] |
+//! | pose of joint i in its parent's frame at q_i = 0, z_i being its z axis | [`Joint::pose`] |
+//! | mass m, first moment m c, inertia I about the frame's origin | [`Inertia`] |
+//! | mass matrix M | [`Dynamics::mass_matrix`] |
+//! | tau = M q'' + h; h of Coriolis, centrifugal and gravity forces is that where q'' = 0 | [`Dynamics::inverse`] |
+//!
+//! All of it in any [`lacuna_numbers::Number`], so that derivatives by coordinates, velocities and
+//! the parameters of bodies are exact. h is found by the recursive Newton-Euler equations, M by
+//! composite bodies (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 and 6); vectors are
+//! those of three dimensions, in each body's own frame.
+//!
+//! SI units: metres, radians, kilograms, seconds.
+
+mod algebra;
+mod dynamics;
+mod inertia;
+mod tree;
+pub mod urdf;
+
+pub use algebra::{Matrix, Pose, Vector};
+pub use dynamics::{Dynamics, Room};
+pub use inertia::{Inertia, InertialParameters};
+pub use tree::{Body, Joint, JointKind, Link, Moves, Robot, RobotError, RobotJoint, Tree};

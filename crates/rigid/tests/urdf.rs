@@ -1,0 +1,202 @@
+//! What is read of a URDF file, and what is wrong with those that cannot be.
+
+mod support;
+
+use lacuna_rigid::{Moves, RobotError, urdf};
+use support::{drawn_states, drawn_urdf, mass_and_bias};
+
+const ARM: &str = r#"<?xml version="1.0"?>
+<robot name="arm">
+  <link name="base"/>
+  <link name="upper">
+    <inertial>
+      <origin xyz="0 0 0.2" rpy="0 0 0"/>
+      <mass value="2"/>
+      <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.003"/>
+    </inertial>
+    <visual><geometry><mesh filename="package://nowhere/upper.stl"/></geometry></visual>
+  </link>
+  <link name="lower">
+    <inertial>
+      <mass value="1"/>
+      <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.001"/>
+    </inertial>
+  </link>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/>
+    <child link="upper"/>
+    <axis xyz="0 2 0"/>
+    <limit lower="-2" upper="2" effort="50" velocity="5"/>
+    <dynamics damping="0.4" friction="0.1"/>
+  </joint>
+  <joint name="elbow" type="continuous">
+    <parent link="upper"/>
+    <child link="lower"/>
+    <origin xyz="0 0 0.4"/>
+    <axis xyz="0 1 0"/>
+  </joint>
+</robot>
+"#;
+
+#[test]
+fn an_arm_is_read() {
+    let robot = urdf::read(ARM).expect("a robot");
+    let shoulder = robot.joint("shoulder").expect("a joint");
+    assert_eq!(shoulder.axis, [0.0, 1.0, 0.0]);
+    assert_eq!((shoulder.damping, shoulder.friction), (0.4, 0.1));
+    let tree = robot.tree(&[]).expect("a tree");
+    let names: Vec<_> = tree.bodies.iter().map(|b| (&*b.name, b.parent)).collect();
+    assert_eq!(names, [("upper", None), ("lower", Some(0))]);
+    // A double pendulum that stands on its head: the upper link's centre at .2 m, the elbow at .4 m.
+    let (mass, bias) = mass_and_bias(&tree, &[0.0; 4], [0.0, 0.0, -9.81]);
+    let upright = [0.02 + 2.0 * 0.04 + 0.01 + 0.16, 0.01, 0.01, 0.01];
+    for (found, expected) in mass.iter().zip(upright) {
+        assert!((found - expected).abs() < 1e-15, "{mass:?}");
+    }
+    assert!(bias.iter().all(|h| h.abs() < 1e-15), "{bias:?}");
+    let (_, bias) =
+        mass_and_bias(&tree, &[std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0], [0.0, 0.0, -9.81]);
+    // Turned to the side it falls on: what holds it pushes back.
+    assert!((bias[0] + 9.81 * (2.0 * 0.2 + 0.4)).abs() < 1e-12, "{bias:?}");
+}
+
+/// Part of the text replaced, read, and what is said of it with its line.
+fn refused(from: &str, to: &str) -> (u32, String) {
+    assert!(ARM.contains(from), "{from}");
+    let RobotError { line, message } = urdf::read(&ARM.replace(from, to)).expect_err("it is wrong");
+    (line.expect("a line"), message)
+}
+
+#[test]
+fn mistakes_are_told_with_their_element_and_line() {
+    let joint = |text: &str| format!("{text}\n</robot>");
+    let loops = joint(
+        r#"<joint name="back" type="fixed"><parent link="lower"/><child link="upper"/></joint>"#,
+    );
+    let cases: [(&str, &str, u32, &[&str]); 12] = [
+        ("</robot>", &loops, 31, &["upper", "shoulder", "back", "loops"]),
+        (
+            "<link name=\"base\"/>",
+            "<link name=\"base\"/><link name=\"spare\"/>",
+            3,
+            &["spare", "base"],
+        ),
+        ("<mass value=\"2\"/>", "<mass value=\"-2\"/>", 7, &["mass", "upper", "-2"]),
+        ("<mass value=\"2\"/>", "", 5, &["upper", "<mass>"]),
+        ("<mass value=\"2\"/>", "<mass value=\"two\"/>", 7, &["value", "two"]),
+        ("type=\"continuous\"", "type=\"rotary\"", 25, &["elbow", "rotary", "revolute"]),
+        (
+            "<limit lower=\"-2\" upper=\"2\" effort=\"50\" velocity=\"5\"/>",
+            "",
+            18,
+            &["shoulder", "<limit>"],
+        ),
+        ("<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 0 0\"/>", 21, &["shoulder", "length 0"]),
+        ("<child link=\"lower\"/>", "<child link=\"hand\"/>", 27, &["elbow", "hand"]),
+        ("name=\"lower\"", "name=\"upper\"", 12, &["upper", "twice", "line 4"]),
+        ("damping=\"0.4\"", "damping=\"-1\"", 23, &["damping", "shoulder"]),
+        ("<robot name=\"arm\">", "<robot name=\"arm\"><link>", 31, &["XML"]),
+    ];
+    for (from, to, line, words) in cases {
+        let (found, message) = refused(from, to);
+        assert_eq!(found, line, "{from} -> {to}: {message}");
+        for word in words {
+            assert!(message.contains(word), "{from} -> {to}: {message}");
+        }
+    }
+}
+
+/// Two joints in a ring that hangs from nothing.
+#[test]
+fn a_circle_is_told() {
+    let ring = "<robot><link name=\"base\"/><link name=\"a\"/><link name=\"b\"/>\
+        <joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\n\
+        <joint name=\"k\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint></robot>";
+    let e = urdf::read(ring).expect_err("a circle");
+    assert!(e.message.contains("hangs from itself"), "{e}");
+}
+
+#[test]
+fn entities_that_grow_are_refused() {
+    let bomb = "<!DOCTYPE robot [<!ENTITY a \"aaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]>\
+        <robot name=\"&b;\"><link name=\"base\"/></robot>";
+    let e = urdf::read(bomb).expect_err("a bomb");
+    assert!(e.message.contains("XML"), "{e}");
+}
+
+/// Ten megabytes of links in one chain: read, merged, and no stack overflows.
+#[test]
+fn a_chain_of_thousands_is_read() {
+    let count = 40_000;
+    let mut text = String::from("<robot><link name=\"l0\"/>\n");
+    for k in 1..=count {
+        let kind = if k == 1 { "continuous" } else { "fixed" };
+        text += &format!(
+            "<link name=\"l{k}\"><inertial><origin xyz=\"0 0 0\" rpy=\"0 0 0\"/><mass value=\"0.001\"/><inertia ixx=\"1\" \
+             ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link><joint name=\"j{k}\" type=\"{kind}\">\
+             <parent link=\"l{}\"/><child link=\"l{k}\"/></joint>\n",
+            k - 1
+        );
+    }
+    text += "</robot>";
+    assert!(text.len() > 9_000_000, "{}", text.len());
+    let robot = urdf::read(&text).expect("a robot");
+    let moving = robot.joints.iter().filter(|j| j.moves != Moves::Fixed).count();
+    assert_eq!((robot.links.len(), moving), (count + 1, 1));
+    let tree = robot.tree(&[]).expect("a tree");
+    assert_eq!(tree.bodies.len(), 1);
+    let mass = tree.bodies[0].inertia.mass;
+    assert!((mass - 0.001 * count as f64).abs() < 1e-9, "{mass}");
+}
+
+/// A joint that is held moves its links with their parent: the other joints have the mass matrix and
+/// the forces that they have where it stands still.
+#[test]
+fn a_held_joint_is_one_that_stands_still() {
+    for seed in 20..26 {
+        let robot = urdf::read(&drawn_urdf(6, seed)).expect("a robot");
+        let whole = robot.tree(&[]).expect("a tree");
+        let n = whole.bodies.len();
+        for (held, body) in whole.bodies.iter().enumerate() {
+            let mut state = drawn_states(n, 1, seed).remove(0);
+            state[n + held] = 0.0;
+            let fewer = robot.tree(&[(body.joint.name.clone(), state[held])]).expect("a tree");
+            let place = |name: &str| {
+                whole.bodies.iter().position(|b| b.joint.name == name).expect("the same joint")
+            };
+            let map: Vec<usize> = fewer.bodies.iter().map(|b| place(&b.joint.name)).collect();
+            assert_eq!(map.len(), n - 1);
+            let of = |k: &usize| [state[*k], state[n + *k]];
+            let both: Vec<[f64; 2]> = map.iter().map(of).collect();
+            let less =
+                both.iter().map(|s| s[0]).chain(both.iter().map(|s| s[1])).collect::<Vec<_>>();
+            let gravity = [1.0, -2.0, 9.0];
+            let (mass, bias) = mass_and_bias(&whole, &state, gravity);
+            let (mass_less, bias_less) = mass_and_bias(&fewer, &less, gravity);
+            for (a, &i) in map.iter().enumerate() {
+                assert!(
+                    (bias_less[a] - bias[i]).abs() < 1e-9 * (1.0 + bias[i].abs()),
+                    "seed {seed}"
+                );
+                for (b, &j) in map.iter().enumerate() {
+                    let (found, expected) = (mass_less[a * (n - 1) + b], mass[i * n + j]);
+                    assert!(
+                        (found - expected).abs() < 1e-9 * (1.0 + expected.abs()),
+                        "seed {seed}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_not_simulated_can_be_held() {
+    let floating = ARM.replace("type=\"continuous\"", "type=\"floating\"");
+    let robot = urdf::read(&floating).expect("a robot");
+    let e = robot.tree(&[]).expect_err("it floats");
+    assert!(e.message.contains("elbow") && e.message.contains("locked"), "{e}");
+    assert_eq!(robot.tree(&[("elbow".to_owned(), 0.0)]).expect("a tree").bodies.len(), 1);
+    let e = robot.tree(&[("wrist".to_owned(), 0.0)]).expect_err("no such joint");
+    assert!(e.message.contains("shoulder, elbow"), "{e}");
+}

@@ -1,0 +1,132 @@
+//! A robot from its own file, through the commands: friction that its URDF leaves out is named, and
+//! written where the next command reads it.
+
+use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
+use lacuna::plants::{Model, SampledInput, System, rk4};
+use serde_json::Value;
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+const ARM: &str = r#"<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0 0 -0.15"/><mass value="1.5"/>
+    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.003"/></inertial></link>
+  <link name="lower"><inertial><origin xyz="0 0 -0.1"/><mass value="0.8"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.001"/></inertial></link>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 1 0"/><dynamics damping="0.6"/></joint>
+  <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0 0 -0.3"/><axis xyz="0 1 0"/><dynamics damping="0.3"/></joint>
+</robot>
+"#;
+const FRICTION: &str = "name = \"truth\"\n[robot]\nfile = \"arm.urdf\"\n[[effect]]\nclass = \"coulomb_friction\"\n\
+    channel = \"elbow\"\nmagnitude = 0.35\nsmoothing_velocity = 0.01\n";
+
+struct Bench(tempfile::TempDir);
+
+impl Bench {
+    fn new() -> Self {
+        let bench = Self(tempfile::tempdir().expect("a folder"));
+        std::fs::write(bench.path("arm.urdf"), ARM).expect("a file");
+        std::fs::write(bench.path("truth.toml"), FRICTION).expect("a file");
+        bench
+    }
+
+    fn path(&self, file: &str) -> PathBuf {
+        self.0.path().join(file)
+    }
+
+    /// What encoders and motors would record of the arm with its friction.
+    fn record(&self, run: u64) -> String {
+        let truth = Model::read(&self.path("truth.toml")).expect("a model");
+        let mut rng = rng(77, run);
+        let ranges = SinusoidRanges {
+            amplitude: 0.3..=1.2,
+            angular_frequency: 0.7..=7.0,
+            phase: 0.0..=std::f64::consts::TAU,
+        };
+        let times: Vec<f64> = (0..600).map(|k| 0.01 * f64::from(k)).collect();
+        let drive = SumOfSinusoids::random(&mut rng, 2, 4, &ranges).expect("ranges");
+        let torques = drive.sample(&times);
+        let input = SampledInput { times: &times, values: &torques, hold: truth.hold };
+        let system = System::new(&truth);
+        let motion = rk4(&system, &system.at_rest(&[0.1, -0.2, 0.0, 0.0]), &input, &times, 5e-4)
+            .expect("it does not diverge");
+        let mut columns = vec![];
+        for joint in 0..2 {
+            let mut angles: Vec<f64> = (0..times.len()).map(|k| motion.state(k)[joint]).collect();
+            add_gaussian_noise(&mut angles, 5e-4, &mut rng).expect("a deviation");
+            columns.push(angles);
+        }
+        let mut text = String::from("t,shoulder,elbow,shoulder_torque,elbow_torque\n");
+        for (k, t) in times.iter().enumerate() {
+            let (a, b) = (columns[0][k], columns[1][k]);
+            writeln!(text, "{t},{a},{b},{},{}", torques[2 * k], torques[2 * k + 1]).expect("text");
+        }
+        let name = format!("run{run}.csv");
+        std::fs::write(self.path(&name), text).expect("a file");
+        name
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));
+        command.args(arguments).current_dir(self.0.path()).output().expect("it runs")
+    }
+
+    fn says(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("text")
+    }
+}
+
+#[test]
+fn friction_that_a_urdf_leaves_out_is_named() {
+    let bench = Bench::new();
+    let runs: Vec<String> = (0..4).map(|run| bench.record(run)).collect();
+    let checked = bench.says(&["check", "arm.urdf", &runs[0]]);
+    assert!(checked.contains("shoulder_torque") && checked.contains("N m"), "{checked}");
+
+    let mut arguments = vec!["diagnose", "arm.urdf"];
+    arguments.extend(runs[..3].iter().map(String::as_str));
+    arguments.extend(["--held-out", &runs[3], "--out", "found"]);
+    bench.says(&arguments);
+    let text = std::fs::read_to_string(bench.path("found/diagnosis.json")).expect("it is written");
+    let diagnosis: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(diagnosis["verdict"], "missing_physics", "{diagnosis}");
+    let findings = diagnosis["findings"].as_array().expect("a list");
+    let named: Vec<_> = findings.iter().map(|f| (&f["class"], &f["channel"])).collect();
+    assert_eq!(named.len(), 1, "{named:?}");
+    assert_eq!(named[0].1, "elbow");
+    // A law of dry friction: that which also knows of position or of standing still holds it as a case.
+    let dry = ["coulomb_friction", "position_friction", "stribeck_friction"];
+    assert!(dry.iter().any(|class| named[0].0 == class), "{named:?}");
+    let size = &findings[0]["parameters"]["magnitude"];
+    assert_eq!(size["unit"], "N m");
+    assert!((size["value"].as_f64().expect("a number") - 0.35).abs() < 0.03, "{size}");
+
+    // The model that was written is read from its own folder, and predicts.
+    let error = |model: &str| {
+        let said = bench.says(&["simulate", model, "--like", &runs[3], "--horizon", "1", "--json"]);
+        let said: Value = serde_json::from_str(&said).expect("JSON");
+        said["channels"]["elbow"]["rmse"].as_f64().expect("a number")
+    };
+    let (before, after) = (error("arm.urdf"), error("found/augmented.toml"));
+    assert!(after < 6e-4 && before > 5.0 * after, "{before} {after}");
+}
+
+#[test]
+fn a_robot_that_cannot_be_read_is_told_with_its_line() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("bad.urdf"), ARM.replace("value=\"0.8\"", "value=\"-0.8\"")).unwrap();
+    let run = bench.record(0);
+    let output = bench.run(&["diagnose", "bad.urdf", &run]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(
+        said.contains("bad.urdf:5") && said.contains("lower") && said.contains("-0.8"),
+        "{said}"
+    );
+    assert!(!bench.path("lacuna-diagnosis").exists());
+}
