@@ -198,13 +198,15 @@ impl Robot {
                 let place = pose.then(&joint.pose);
                 let at = held.iter().find(|(name, _)| *name == joint.name).map(|(_, at)| *at);
                 let at = if joint.moves == Moves::Fixed { Some(0.0) } else { at };
-                let here = match at {
-                    Some(at) => (body, place.then(&joint.moved(at))),
-                    None => {
+                let here = match (at, joint.moves) {
+                    (Some(at), _) => (body, place.then(&joint.moved(at))),
+                    (None, Moves::By(kind)) => {
                         let from = body.map(|b: usize| bodies[b].body.link_axes);
-                        bodies.push(self.begun(joint, body, in_joint_frame(from, place))?);
+                        let pose = in_joint_frame(from, place);
+                        bodies.push(self.begun((joint, kind), body, pose));
                         (Some(bodies.len() - 1), Pose::SAME)
                     }
+                    (None, moves) => return Err(joint.not_simulated(moves)),
                 };
                 if let (Some(_), (Some(body), pose)) = (at, here) {
                     let part = &self.links[joint.child];
@@ -219,23 +221,13 @@ impl Robot {
         Ok(bodies)
     }
 
+    /// A body that a joint moves, of its own link alone.
     fn begun(
         &self,
-        joint: &RobotJoint,
+        (joint, kind): (&RobotJoint, JointKind),
         parent: Option<usize>,
         pose: Pose,
-    ) -> Result<Making, RobotError> {
-        let kind = match joint.moves {
-            Moves::By(kind) => kind,
-            Moves::Fixed => JointKind::Revolute,
-            Moves::Otherwise(what) => {
-                let message = format!(
-                    "joint '{}' is {what}, which is not simulated: hold it still with locked = [\"{}\"]",
-                    joint.name, joint.name
-                );
-                return Err(RobotError::at(joint.line, message));
-            }
-        };
+    ) -> Making {
         let link = &self.links[joint.child];
         let name = joint.name.clone();
         let RobotJoint { damping, friction, armature, .. } = *joint;
@@ -250,7 +242,7 @@ impl Robot {
             inertia: link.inertia.parameters(),
             link_axes: transposed(&aligned.rotation),
         };
-        Ok(Making { body, inertia: link.inertia })
+        Making { body, inertia: link.inertia }
     }
 }
 
@@ -261,6 +253,15 @@ fn in_joint_frame(link_axes: Option<Matrix<f64>>, pose: Pose) -> Pose {
 }
 
 impl RobotJoint {
+    fn not_simulated(&self, moves: Moves) -> RobotError {
+        let what = if let Moves::Otherwise(what) = moves { what } else { "of no known kind" };
+        let name = &self.name;
+        let message = format!(
+            "joint '{name}' is {what}, which is not simulated: hold it still with locked = [\"{name}\"]"
+        );
+        RobotError::at(self.line, message)
+    }
+
     /// The child's frame in the joint's where its coordinate is `at`.
     fn moved(&self, at: f64) -> Pose {
         match self.moves {
