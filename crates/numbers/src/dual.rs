@@ -136,6 +136,8 @@ impl Linear for Dual {
 }
 
 impl Number for Dual {
+    const CARRIES: bool = true;
+
     #[inline(always)]
     fn constant(value: f64) -> Self {
         Self { value, tangent: [0.0; LANES] }
@@ -144,6 +146,11 @@ impl Number for Dual {
     #[inline(always)]
     fn value(self) -> f64 {
         self.value
+    }
+
+    #[inline(always)]
+    fn moves(self) -> bool {
+        self.tangent.iter().any(|&t| t != 0.0)
     }
 
     #[inline(always)]
@@ -246,8 +253,7 @@ impl Number for Dual {
         let (a, b) = (self.value, exponent.value);
         let value = a.powf(b);
         // An exponent that does not move needs no logarithm of its base.
-        let moves = exponent.tangent.iter().any(|&t| t != 0.0);
-        let by_exponent = if moves { value * a.ln() } else { 0.0 };
+        let by_exponent = if exponent.moves() { value * a.ln() } else { 0.0 };
         self.blend(value, b * a.powf(b - 1.0), exponent, by_exponent)
     }
 

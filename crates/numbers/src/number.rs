@@ -24,11 +24,17 @@ pub trait Number:
     + Sub<f64, Output = Self>
     + Div<f64, Output = Self>
 {
+    /// Whether numbers of this kind carry derivatives.
+    const CARRIES: bool;
+
     /// A number that does not depend on anything.
     fn constant(value: f64) -> Self;
 
     /// Its value.
     fn value(self) -> f64;
+
+    /// Whether it carries a derivative that is not 0.
+    fn moves(self) -> bool;
 
     /// `f(self)`, given the value and the slope of f there.
     fn mapped(self, value: f64, slope: f64) -> Self;
@@ -105,6 +111,8 @@ impl Linear for f64 {
 }
 
 impl Number for f64 {
+    const CARRIES: bool = false;
+
     #[inline(always)]
     fn constant(value: f64) -> Self {
         value
@@ -113,6 +121,11 @@ impl Number for f64 {
     #[inline(always)]
     fn value(self) -> f64 {
         self
+    }
+
+    #[inline(always)]
+    fn moves(self) -> bool {
+        false
     }
 
     #[inline(always)]

@@ -1,7 +1,10 @@
 //! A model whose equations are those of a robot's own file.
 
 use lacuna_numbers::{Dual, LANES, Number};
-use lacuna_plants::model::{Augmentation, NewEffect, Uncertainty};
+use lacuna_plants::model::{
+    Augmentation, Direction, ModelEffect, NewEffect, StepInput, Strand, Uncertainty, Workspace,
+    advance_together,
+};
 use lacuna_plants::{Model, Plant, System};
 use std::path::PathBuf;
 
@@ -119,6 +122,106 @@ fn derivatives_are_exact() {
                 assert!(off < 1e-6 * (1.0 + slope.abs()), "{k}: {slope} {}", exact.tangent[lane]);
                 largest = largest.max(slope.abs());
             }
+        }
+    }
+    assert!(largest > 1.0);
+}
+
+const EFFECTS: &str = r#"
+[[effect]]
+class = "added_inertia"
+channel = "shoulder"
+inertia = 0.05
+[[effect]]
+class = "hysteresis"
+channel = "elbow"
+stiffness = 2
+beta = 3
+gamma = 2
+"#;
+
+const SAMPLES: usize = 40;
+const SAMPLE: f64 = 0.01;
+
+/// Inputs at a sample.
+fn driven(k: usize) -> [f64; 3] {
+    let t = SAMPLE * k as f64;
+    [3.0 * (4.0 * t).sin(), (7.0 * t).cos(), 2.0 * (3.0 * t).sin() - 5.0]
+}
+
+/// Where a simulation ends that begins at `all`: parameters, internal parameters of both effects, state.
+fn end(model: &Model, all: &[f64]) -> Vec<f64> {
+    let (parameters, rest) = all.split_at(model.parameters.len());
+    let mut effects = model.effects.clone();
+    effects[0].set_internal(&rest[..1]);
+    effects[1].set_internal(&rest[1..4]);
+    let system = System::with(model, parameters, &effects);
+    let (mut x, mut w) = (rest[4..].to_vec(), system.workspace());
+    for k in 0..SAMPLES {
+        let t = SAMPLE * k as f64;
+        let u = driven(k);
+        system.advance(&mut w, (t, t + SAMPLE), StepInput::Line(&u, &u), 2, &mut x);
+    }
+    x
+}
+
+/// The derivatives of a whole simulation, all directions side by side, against differences.
+#[test]
+fn a_simulation_carries_its_derivatives() {
+    let model = Folder::new().model(&format!("{MODEL}{EFFECTS}")).expect("a model");
+    let mut all = model.values();
+    all.extend(model.effects.iter().flat_map(ModelEffect::internal));
+    let parameters = model.parameters.len();
+    let from = all.len();
+    all.extend([0.3, -0.4, 0.1, 0.1, 0.5, -0.2, 0.02]);
+    let direction = |k: usize| match k {
+        k if k < parameters => Direction::Parameter(k),
+        k if k == parameters => Direction::Effect(0, 0),
+        k => Direction::Effect(1, k - parameters - 1),
+    };
+    let systems: Vec<System<Dual>> = (0..all.len())
+        .step_by(LANES)
+        .map(|first| {
+            let lanes = (first..from.min(first + LANES)).map(|k| (direction(k), k - first));
+            let lanes: Vec<_> = lanes.collect();
+            System::along(&model, &model.values(), &model.effects, &lanes, SAMPLE)
+        })
+        .collect();
+    let mut rooms: Vec<Workspace<Dual>> = systems.iter().map(System::workspace).collect();
+    let begin = |chunk: usize| -> Vec<Dual> {
+        let state = all.iter().enumerate().skip(from);
+        state.map(|(k, x)| Dual::among(*x, k, chunk * LANES)).collect()
+    };
+    let mut states: Vec<Vec<Dual>> = (0..systems.len()).map(begin).collect();
+    for k in 0..SAMPLES {
+        let t = SAMPLE * k as f64;
+        let u = driven(k).map(Dual::constant);
+        let inputs = StepInput::Line(&u, &u);
+        let parts = systems.iter().zip(&mut rooms).zip(&mut states);
+        let mut strands: Vec<Strand<Dual>> = parts
+            .map(|((system, workspace), state)| Strand { system, workspace, inputs, state })
+            .collect();
+        advance_together(&mut strands, (t, t + SAMPLE), 2);
+    }
+    let plain = end(&model, &all);
+    for state in &states {
+        for (x, plain) in state.iter().zip(&plain) {
+            assert!((x.value - plain).abs() < 1e-12 * (1.0 + plain.abs()));
+        }
+    }
+    let mut largest = 0.0f64;
+    for k in 0..all.len() {
+        const STEP: f64 = 1e-6;
+        let moved = |by: f64| {
+            let mut all = all.clone();
+            all[k] += by;
+            end(&model, &all)
+        };
+        for (i, (above, below)) in moved(STEP).iter().zip(moved(-STEP)).enumerate() {
+            let (slope, exact) = ((above - below) / (2.0 * STEP), states[k / LANES][i]);
+            let exact = exact.tangent[k % LANES];
+            assert!((slope - exact).abs() < 1e-6 * (1.0 + slope.abs()), "{k}: {slope} {exact}");
+            largest = largest.max(slope.abs());
         }
     }
     assert!(largest > 1.0);

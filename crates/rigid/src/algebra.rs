@@ -13,6 +13,11 @@ pub(crate) fn add<T: Number>(a: Vector<T>, b: Vector<T>) -> Vector<T> {
 }
 
 #[inline(always)]
+pub(crate) fn sub<T: Number>(a: Vector<T>, b: Vector<T>) -> Vector<T> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
 pub(crate) fn scaled<T: Number>(a: Vector<T>, by: T) -> Vector<T> {
     [a[0] * by, a[1] * by, a[2] * by]
 }

@@ -14,15 +14,15 @@
 //! acceleration of the root.
 
 use crate::algebra::{Matrix, Vector, add, cross, cross_z, scaled, times, transposed_times};
-use crate::{Inertia, JointKind, Tree};
+use crate::{Inertia, Joint, JointKind, Tree};
 use lacuna_numbers::Number;
 
 /// A tree whose bodies have inertia in some number.
 #[derive(Clone, Debug)]
 pub struct Dynamics<'a, T> {
-    tree: &'a Tree,
-    inertia: &'a [Inertia<T>],
-    gravity: Vector<T>,
+    pub(crate) tree: &'a Tree,
+    pub(crate) inertia: &'a [Inertia<T>],
+    pub(crate) gravity: Vector<T>,
 }
 
 /// Where bodies are and how they move: made once, used for every evaluation.
@@ -70,20 +70,7 @@ impl<'a, T: Number> Dynamics<'a, T> {
     #[inline(always)]
     pub fn place(&self, room: &mut Room<T>, q: &[T]) {
         for (i, (body, &q)) in self.tree.bodies.iter().zip(q).enumerate() {
-            let (fixed, place) = (&body.joint.pose.rotation, body.joint.pose.translation);
-            (room.rotation[i], room.place[i]) = match body.joint.kind {
-                JointKind::Revolute => {
-                    let (sine, cosine) = q.sin_cos();
-                    let turned = fixed.map(|[x, y, z]| {
-                        [cosine * x + sine * y, cosine * y + sine * -x, T::constant(z)]
-                    });
-                    (turned, place.map(T::constant))
-                }
-                JointKind::Prismatic => {
-                    let slid = std::array::from_fn(|k| q * fixed[k][2] + place[k]);
-                    (fixed.map(|row| row.map(T::constant)), slid)
-                }
-            };
+            (room.rotation[i], room.place[i]) = body.joint.frame(q);
         }
     }
 
@@ -156,6 +143,27 @@ impl<'a, T: Number> Dynamics<'a, T> {
                 let Some(parent) = self.tree.bodies[at].parent else { break };
                 (force, torque) = carried(&room.rotation[at], room.place[at], force, torque);
                 at = parent;
+            }
+        }
+    }
+}
+
+impl Joint {
+    /// Axes, as columns, and origin of its frame in the parent's joint's, at a coordinate.
+    #[inline(always)]
+    pub(crate) fn frame<T: Number>(&self, q: T) -> (Matrix<T>, Vector<T>) {
+        let (fixed, place) = (&self.pose.rotation, self.pose.translation);
+        match self.kind {
+            JointKind::Revolute => {
+                let (sine, cosine) = q.sin_cos();
+                let turned = fixed.map(|[x, y, z]| {
+                    [cosine * x + sine * y, cosine * y + sine * -x, T::constant(z)]
+                });
+                (turned, place.map(T::constant))
+            }
+            JointKind::Prismatic => {
+                let slid = std::array::from_fn(|k| q * fixed[k][2] + place[k]);
+                (fixed.map(|row| row.map(T::constant)), slid)
             }
         }
     }

@@ -33,6 +33,20 @@ impl<T: Number> Inertia<T> {
         Self { mass: zero, moment: [zero; 3], about_origin: [[zero; 3]; 3] }
     }
 
+    /// The same in another kind of number.
+    #[must_use]
+    pub fn map<U>(&self, into: impl Fn(T) -> U) -> Inertia<U> {
+        let about_origin = self.about_origin.map(|row| row.map(&into));
+        Inertia { mass: into(self.mass), moment: self.moment.map(&into), about_origin }
+    }
+
+    /// All its numbers: mass, moment, inertia by rows.
+    #[must_use]
+    pub fn entries(&self) -> [T; 13] {
+        let ([x, y, z], [a, b, c]) = (self.moment, self.about_origin);
+        [self.mass, x, y, z, a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
+    }
+
     /// That of two bodies, held together.
     #[inline(always)]
     #[must_use]

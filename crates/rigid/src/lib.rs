@@ -11,6 +11,7 @@
 //! | pose of joint i in its parent's frame at q_i = 0, z_i being its z axis | [`Joint::pose`] |
 //! | mass m, first moment m c, inertia I about the frame's origin | [`Inertia`] |
 //! | mass matrix M | [`Dynamics::mass_matrix`] |
+//! | derivatives of tau by q and q', q'' held | [`Dynamics::derivatives`] |
 //! | tau = M q'' + h; h of Coriolis, centrifugal and gravity forces is that where q'' = 0 | [`Dynamics::inverse`] |
 //!
 //! All of it in any [`lacuna_numbers::Number`], so that derivatives by coordinates, velocities and
@@ -23,10 +24,12 @@
 mod algebra;
 mod dynamics;
 mod inertia;
+mod motion;
 mod tree;
 pub mod urdf;
 
 pub use algebra::{Matrix, Pose, Vector};
 pub use dynamics::{Dynamics, Room};
 pub use inertia::{Inertia, InertialParameters};
+pub use motion::Motion;
 pub use tree::{Body, Joint, JointKind, Link, Moves, Robot, RobotError, RobotJoint, Tree};

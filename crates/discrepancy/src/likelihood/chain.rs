@@ -7,11 +7,19 @@ use super::{Problem, Window};
 use crate::dataset::Observed;
 use lacuna_numbers::Number;
 use lacuna_plants::InputPath;
-use lacuna_plants::model::{Measured, ModelEffect, SeriesEffect, System, sensed};
+use lacuna_plants::model::{
+    Measured, ModelEffect, SeriesEffect, Strand, System, Workspace, advance_together, sensed,
+};
 
 /// A hypothesis on one recording in one kind of number.
 pub(super) struct Chain<'p, T: Number> {
     pub(super) run: &'p Run<'p>,
+    /// The same in all of them, but for the directions that their numbers carry.
+    pub(super) links: Vec<Link<T>>,
+}
+
+/// What a chain steps along.
+pub(super) struct Link<T: Number> {
     pub(super) system: System<T>,
     pub(super) inputs: Inputs<T>,
     pub(super) sensors: Vec<SeriesEffect<T>>,
@@ -25,9 +33,30 @@ pub(super) enum Inputs<T> {
     Moving(Vec<T>),
 }
 
+/// A link on its way through a window.
+struct Way<'c, T: Number> {
+    link: &'c Link<T>,
+    inputs: InputPath<T>,
+    workspace: Workspace<T>,
+    state: &'c mut [T],
+    /// Outputs so far.
+    out: Vec<Vec<T>>,
+    y: Vec<T>,
+    innovations: Vec<T>,
+}
+
+impl<T: Number> Way<'_, T> {
+    /// The step that leaves a sample.
+    fn strand(&mut self, at: usize) -> Strand<'_, T> {
+        let Way { link, inputs, workspace, state, .. } = self;
+        Strand { system: &link.system, workspace, inputs: inputs.step(at), state }
+    }
+}
+
 impl<T: Number> Chain<'_, T> {
-    /// Outputs over a window from a whole state, which is left at the window's end (of the
-    /// sample after it where there is one). A filter corrects the state at each sample.
+    /// Outputs over a window, link by link, from whole states, which are left at the window's end (of
+    /// the sample after it where there is one). A filter corrects the states at each sample;
+    /// `visit` the first of them.
     ///
     /// # Errors
     /// [`Diverged`].
@@ -35,50 +64,76 @@ impl<T: Number> Chain<'_, T> {
         &self,
         w: &Window,
         filter: Option<&Filter>,
-        state: &mut [T],
+        states: &mut [Vec<T>],
         mut visit: impl FnMut(&[T]),
-    ) -> Result<Vec<Vec<T>>, Diverged> {
-        let (problem, observed) = (self.run.problem, self.run.observed());
-        let mut workspace = self.system.workspace();
-        let count = problem.dataset.outputs.len();
-        let mut out = vec![Vec::with_capacity(w.range.len()); count];
-        let mut y = vec![T::constant(0.0); count];
-        let mut innovations = vec![T::constant(0.0); count];
-        let times = &observed.times;
-        let inputs = self.inputs_along(w);
+    ) -> Result<Vec<Vec<Vec<T>>>, Diverged> {
+        let times = &self.run.observed().times;
+        let links = self.links.iter().zip(states);
+        let mut ways: Vec<Way<T>> = links.map(|(l, state)| self.way(l, w, state)).collect();
         for (at, k) in w.range.clone().enumerate() {
-            problem.observation.evaluate(&self.system, times[k], state, inputs.sample(at), &mut y);
-            for (series, value) in out.iter_mut().zip(&y) {
-                series.push(*value);
+            for way in &mut ways {
+                self.sample((at, k), w, filter, way);
             }
-            if let Some(filter) = filter {
-                for (o, innovation) in innovations.iter_mut().enumerate() {
-                    *innovation = T::constant(0.0);
-                    if filter.measured(at, o) {
-                        let (run, times) = ((problem, observed), &times[w.range.clone()]);
-                        *innovation = innovation_of(run, &self.sensors, (o, k), times, &out[o]);
-                    }
-                }
-                filter.correct(at, &innovations, state);
-            }
-            visit(state);
+            visit(ways[0].state);
             if k + 1 == times.len() {
                 break;
             }
-            let (span, input) = ((times[k], times[k + 1]), inputs.step(at));
-            self.system.advance(&mut workspace, span, input, self.run.substeps, state);
-            self.run.check(k + 1, state)?;
+            let mut strands: Vec<Strand<T>> = ways.iter_mut().map(|way| way.strand(at)).collect();
+            advance_together(&mut strands, (times[k], times[k + 1]), self.run.substeps);
+            self.run.check(k + 1, ways[0].state)?;
         }
-        self.sense(&times[w.range.clone()], &mut out);
-        Ok(out)
+        let mut all: Vec<_> = ways.into_iter().map(|way| way.out).collect();
+        for (link, out) in self.links.iter().zip(&mut all) {
+            self.sense(link, &times[w.range.clone()], out);
+        }
+        Ok(all)
+    }
+
+    fn way<'c>(&self, link: &'c Link<T>, w: &Window, state: &'c mut [T]) -> Way<'c, T> {
+        let count = self.run.problem.dataset.outputs.len();
+        Way {
+            link,
+            inputs: self.inputs_along(link, w),
+            workspace: link.system.workspace(),
+            state,
+            out: vec![Vec::with_capacity(w.range.len()); count],
+            y: vec![T::constant(0.0); count],
+            innovations: vec![T::constant(0.0); count],
+        }
+    }
+
+    /// What the outputs are at a sample, and what that says of the state.
+    fn sample(
+        &self,
+        (at, k): (usize, usize),
+        w: &Window,
+        filter: Option<&Filter>,
+        way: &mut Way<T>,
+    ) {
+        let (problem, observed) = (self.run.problem, self.run.observed());
+        let Way { link, inputs, state, out, y, innovations, .. } = way;
+        let (time, input) = (observed.times[k], inputs.sample(at));
+        problem.observation.evaluate(&link.system, time, state, input, y);
+        for (series, value) in out.iter_mut().zip(&*y) {
+            series.push(*value);
+        }
+        let Some(filter) = filter else { return };
+        for (o, innovation) in innovations.iter_mut().enumerate() {
+            *innovation = T::constant(0.0);
+            if filter.measured(at, o) {
+                let (run, times) = ((problem, observed), &observed.times[w.range.clone()]);
+                *innovation = innovation_of(run, &link.sensors, (o, k), times, &out[o]);
+            }
+        }
+        filter.correct(at, innovations, state);
     }
 
     /// The inputs along a window and the step that leaves it.
-    fn inputs_along(&self, w: &Window) -> InputPath<T> {
+    fn inputs_along(&self, link: &Link<T>, w: &Window) -> InputPath<T> {
         let (problem, times) = (self.run.problem, &self.run.observed().times[..]);
         let model = problem.model;
         let (range, substeps) = (w.range.start..w.range.end + 1, self.run.substeps);
-        match &self.inputs {
+        match &link.inputs {
             Inputs::Fixed(inputs) => {
                 model.inputs_along((times, inputs), range, substeps).map(|_, u| T::constant(*u))
             }
@@ -87,10 +142,10 @@ impl<T: Number> Chain<'_, T> {
     }
 
     /// What the sensors make of the outputs.
-    fn sense(&self, times: &[f64], out: &mut [Vec<T>]) {
+    fn sense(&self, link: &Link<T>, times: &[f64], out: &mut [Vec<T>]) {
         for (series, output) in out.iter_mut().zip(&self.run.problem.dataset.outputs) {
             let Measured::State(state) = output.of else { continue };
-            *series = sensed(&self.sensors, state, times, std::mem::take(series));
+            *series = sensed(&link.sensors, state, times, std::mem::take(series));
         }
     }
 }

@@ -17,7 +17,9 @@ use super::sweep::Run;
 use super::{ProcessNoise, Window};
 use lacuna_numbers::{Dual, LANES, Linear, Number};
 use lacuna_plants::InputPath;
-use lacuna_plants::model::{Direction, Measured, System, Workspace};
+use lacuna_plants::model::{
+    Direction, Measured, StepInput, Strand, System, Workspace, advance_together,
+};
 use pulp::Simd;
 use std::ops::Range;
 
@@ -301,6 +303,11 @@ impl Chunk {
     fn seed(&self, value: f64, entry: usize) -> Dual {
         Dual::among(value, entry, self.first)
     }
+
+    fn strand<'s>(&'s mut self, inputs: StepInput<'s, Dual>) -> Strand<'s, Dual> {
+        let Self { system, workspace, state, .. } = self;
+        Strand { system, workspace, inputs, state }
+    }
 }
 
 impl Linearising<'_> {
@@ -366,12 +373,16 @@ impl Linearising<'_> {
         let size = maps.width * maps.columns;
         let map = &mut maps.steps[k * size..(k + 1) * size];
         let span = (times[k], times[k + 1]);
-        for (chunk, inputs) in self.chunks.iter_mut().zip(inputs) {
+        for chunk in &mut self.chunks {
             for (i, x) in state.iter().enumerate() {
                 chunk.state[i] = chunk.seed(*x, i);
             }
-            let Chunk { system, workspace, state, .. } = chunk;
-            system.advance(workspace, span, inputs.step(at), run.substeps, state);
+        }
+        let chunks = self.chunks.iter_mut().zip(inputs);
+        let mut strands: Vec<Strand<Dual>> =
+            chunks.map(|(chunk, inputs)| chunk.strand(inputs.step(at))).collect();
+        advance_together(&mut strands, span, run.substeps);
+        for chunk in &self.chunks {
             let lanes = LANES.min(maps.columns - chunk.first);
             for (row, x) in map.chunks_exact_mut(maps.columns).zip(&chunk.state) {
                 row[chunk.first..chunk.first + lanes].copy_from_slice(&x.tangent[..lanes]);

@@ -273,19 +273,21 @@ impl<'p> Minimisation<'p> {
     }
 
     fn linearise(&self) -> Result<Linearised, FitError> {
-        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.linearise_piece(w, s, f);
-        let parts: Result<Vec<_>, FitError> = self.pieces().par_iter().map(one).collect();
+        let pieces = self.pieces();
+        let all = pieces.len();
+        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.linearise_piece((w, all), s, f);
+        let parts: Result<Vec<_>, FitError> = pieces.par_iter().map(one).collect();
         let (blocks, residuals) = parts?.into_iter().flatten().unzip();
         Ok(Linearised { blocks, residuals })
     }
 
     fn linearise_piece(
         &self,
-        windows: &[Window],
+        (windows, pieces): (&[Window], usize),
         starts: &Starts,
         filters: &[Filter],
     ) -> Result<Vec<(Block, Vec<f64>)>, FitError> {
-        let all = self.piece(windows, starts, filters).linearise()?;
+        let all = self.piece(windows, starts, filters).linearise(pieces)?;
         let machine = self.problem.model.machine_states();
         let z = starts.memory.len();
         let (off, spread) = self.memory(starts);

@@ -1,6 +1,6 @@
 //! One recording run through in its windows, in plain or in dual numbers.
 
-use super::chain::{Chain, Inputs};
+use super::chain::{Chain, Inputs, Link};
 use super::end::Diverged;
 use super::filter::Filter;
 use super::{Hypothesis, Problem, Window};
@@ -104,19 +104,19 @@ impl Run<'_> {
         mut each: impl FnMut(usize, &Window, Vec<Vec<f64>>),
     ) -> Result<(), Diverged> {
         let (problem, h) = (self.problem, self.hypothesis);
-        let chain = Chain {
-            run: self,
+        let link = Link {
             system: System::with(problem.model, &h.parameters, &h.effects),
             inputs: Inputs::Fixed(problem.effective_inputs(&h.effects, self.observed())),
             sensors: SeriesEffect::sensors(&h.effects),
         };
+        let chain = Chain { run: self, links: vec![link] };
         let machine = problem.model.machine_states();
         let mut memory = self.starts.memory.clone();
         for (k, (w, x)) in self.windows.iter().zip(&self.starts.machine).enumerate() {
-            let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
-            let out = chain.window(w, self.filters.get(k), &mut state, &mut visit)?;
-            memory.copy_from_slice(&state[machine..]);
-            each(k, w, out);
+            let mut states = [x.iter().chain(&memory).copied().collect::<Vec<f64>>()];
+            let out = chain.window(w, self.filters.get(k), &mut states, &mut visit)?;
+            memory.copy_from_slice(&states[0][machine..]);
+            out.into_iter().for_each(|out| each(k, w, out));
         }
         Ok(())
     }
@@ -132,22 +132,23 @@ impl Run<'_> {
     /// theta.
     ///
     /// Memory that runs on into a window is taken to depend on theta, not on the states of the
-    /// windows before it.
+    /// windows before it. So many runs are made side by side that share the machine's threads.
     ///
     /// # Errors
     /// [`Diverged`].
-    pub fn linearise(&self) -> Result<Vec<Columns>, Diverged> {
+    pub fn linearise(&self, beside: usize) -> Result<Vec<Columns>, Diverged> {
         let machine = self.problem.model.machine_states();
         let entries = machine + self.starts.memory.len() + self.hypothesis.free.len();
-        let parts: Result<Vec<Vec<Columns>>, Diverged> = (0..entries.div_ceil(LANES))
-            .into_par_iter()
-            .map(|chunk| {
-                let lanes = chunk * LANES..((chunk + 1) * LANES).min(entries);
-                Sweep { run: self, lanes }.run()
-            })
-            .collect();
+        let sweep = |first: usize| Sweep { run: self, lanes: first..entries.min(first + LANES) };
+        let sweeps: Vec<Sweep> = (0..entries).step_by(LANES).map(sweep).collect();
+        // What sweeps share is computed once for those that run together.
+        let threads = (rayon::current_num_threads() / beside).max(1);
+        let shares = self.problem.model.dynamics().shares_derivatives();
+        let together = if shares { sweeps.len().div_ceil(threads) } else { 1 };
+        let parts: Result<Vec<Vec<Vec<Columns>>>, Diverged> =
+            sweeps.par_chunks(together.max(1)).map(|sweeps| self.sweep(sweeps)).collect();
         let mut all: Vec<Columns> = vec![Columns::default(); self.windows.len()];
-        for part in parts? {
+        for part in parts?.into_iter().flatten() {
             for (columns, part) in all.iter_mut().zip(part) {
                 columns.residual = part.residual;
                 columns.by.extend(part.by);
@@ -156,6 +157,28 @@ impl Run<'_> {
         for (k, (columns, w)) in all.iter_mut().zip(self.windows).enumerate() {
             let Columns { residual, by } = columns;
             self.whiten(k, w, std::iter::once(residual).chain(by));
+        }
+        Ok(all)
+    }
+}
+
+impl Run<'_> {
+    /// The columns of the windows, sweep by sweep.
+    fn sweep(&self, sweeps: &[Sweep]) -> Result<Vec<Vec<Columns>>, Diverged> {
+        let chain = Chain { run: self, links: sweeps.iter().map(Sweep::link).collect() };
+        let slopes: Vec<Vec<f64>> = sweeps.iter().map(Sweep::slopes).collect();
+        let machine = self.problem.model.machine_states();
+        let mut memory: Vec<Vec<Dual>> = sweeps.iter().map(Sweep::memory).collect();
+        let mut all = vec![Vec::with_capacity(self.windows.len()); sweeps.len()];
+        for (k, (w, x)) in self.windows.iter().zip(&self.starts.machine).enumerate() {
+            let begin = |(s, z): (&Sweep, &Vec<Dual>)| s.begin(x, z);
+            let mut states: Vec<Vec<Dual>> = sweeps.iter().zip(&memory).map(begin).collect();
+            let out = chain.window(w, self.filters.get(k), &mut states, |_| ())?;
+            for (i, (sweep, out)) in sweeps.iter().zip(&out).enumerate() {
+                memory[i].copy_from_slice(&states[i][machine..]);
+                sweep.forget(&mut memory[i]);
+                all[i].push(sweep.columns(w, out, &slopes[i]));
+            }
         }
         Ok(all)
     }
@@ -178,13 +201,12 @@ impl Sweep<'_> {
         (0..self.run.hypothesis.free.len()).filter_map(move |j| Some((j, self.lane(before + j)?)))
     }
 
-    fn chain(&self) -> Chain<'_, Dual> {
+    fn link(&self) -> Link<Dual> {
         let (problem, h) = (self.run.problem, self.run.hypothesis);
         let directions: Vec<(Direction, usize)> =
             self.theta().map(|(j, lane)| (h.direction(j), lane)).collect();
         let (model, sample) = (problem.model, problem.sample);
-        Chain {
-            run: self.run,
+        Link {
             system: System::along(model, &h.parameters, &h.effects, &directions, sample),
             inputs: self.inputs(self.run.observed(), &directions),
             sensors: SeriesEffect::sensors_along(&h.effects, &directions),
@@ -206,23 +228,21 @@ impl Sweep<'_> {
         Inputs::Moving(effective_inputs(&along, m, &observed.times, commands))
     }
 
-    fn run(&self) -> Result<Vec<Columns>, Diverged> {
-        let (chain, slopes) = (self.chain(), self.slopes());
-        let Run { problem, windows, starts, filters, .. } = *self.run;
-        let machine = problem.model.machine_states();
-        let seed = |value: f64, entry: usize| Dual::among(value, entry, self.lanes.start);
-        let memory = starts.memory.iter().enumerate();
-        let mut memory: Vec<Dual> = memory.map(|(i, &z)| seed(z, machine + i)).collect();
-        let mut all = Vec::with_capacity(windows.len());
-        for (k, (w, x)) in windows.iter().zip(&starts.machine).enumerate() {
-            let mut state: Vec<Dual> = x.iter().enumerate().map(|(i, &x)| seed(x, i)).collect();
-            state.extend_from_slice(&memory);
-            let out = chain.window(w, filters.get(k), &mut state, |_| ())?;
-            memory.copy_from_slice(&state[machine..]);
-            self.forget(&mut memory);
-            all.push(self.columns(w, &out, &slopes));
-        }
-        Ok(all)
+    fn seed(&self, value: f64, entry: usize) -> Dual {
+        Dual::among(value, entry, self.lanes.start)
+    }
+
+    /// The memory with which the recording begins.
+    fn memory(&self) -> Vec<Dual> {
+        let machine = self.run.problem.model.machine_states();
+        let memory = self.run.starts.memory.iter().enumerate();
+        memory.map(|(i, &z)| self.seed(z, machine + i)).collect()
+    }
+
+    /// The whole state with which a window begins.
+    fn begin(&self, machine: &[f64], memory: &[Dual]) -> Vec<Dual> {
+        let machine = machine.iter().enumerate().map(|(i, &x)| self.seed(x, i));
+        machine.chain(memory.iter().copied()).collect()
     }
 
     /// Memory forgets the states of the window that it leaves.

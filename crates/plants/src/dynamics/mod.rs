@@ -33,12 +33,14 @@ mod closure;
 mod differences;
 mod equations;
 mod exact;
+mod implicit;
 mod robot;
 
 pub(crate) use closure::{Mechanics, Rates};
 pub use differences::{Differences, Simulator};
 pub(crate) use equations::{Equations, Nodes};
 pub use exact::{Exact, GenericSimulator};
+pub use implicit::{Implicit, ImplicitRoom};
 pub(crate) use robot::{PARTS, Part, RobotDynamics};
 
 use crate::model::Step;
@@ -113,6 +115,11 @@ pub trait Dynamics: Debug + Send + Sync {
         0
     }
 
+    /// Whether derivatives in several directions are cheaper taken together ([`Implicit`]).
+    fn shares_derivatives(&self) -> bool {
+        false
+    }
+
     /// Largest error that derivatives taken so far were measured to have, as a share of
     /// `|dF/dx| + |F|/|x|`; `None` where derivatives are exact.
     fn derivative_error(&self) -> Option<f64> {
@@ -152,6 +159,12 @@ pub trait BoundDynamics<T: Number>: Debug + Send + Sync {
     fn observe(&self, variables: &[T], outputs: &mut [T]) {
         let _ = variables;
         outputs.fill(T::constant(f64::NAN));
+    }
+
+    /// Derivatives by way of known accelerations, where they are cheaper than those that
+    /// [`BoundDynamics::evaluate`] carries along.
+    fn implicit(&self) -> Option<&dyn Implicit<T>> {
+        None
     }
 
     /// Take a step of a simulation. To be left as it is: here the loop over stages is compiled

@@ -7,7 +7,7 @@
 //! with M and h of [`lacuna_rigid`], and what the file states of each joint: damping d, friction f, rotor inertia
 //! J. Parameters are, body by body, the ten of its inertia and these three.
 
-use super::{Bound, BoundDynamics, Dynamics, Point, Room, Sizes};
+use super::{Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Point, Room, Sizes};
 use lacuna_numbers::{Dual, Number};
 use lacuna_rigid::{Inertia, InertialParameters, Tree};
 use std::sync::Arc;
@@ -75,11 +75,15 @@ impl RobotDynamics {
             body.in_joint_frame(&InertialParameters { mass: p[0], centre, inertia })
         });
         let joints = bodies.map(|p| [p[10], p[11], p[12]]);
+        let inertia: Vec<Inertia<T>> = inertia.collect();
+        let moves = |i: &Inertia<T>| i.entries().iter().any(|x| x.moves());
         Arc::new(BoundRobot {
             tree: self.tree.clone(),
-            inertia: inertia.collect(),
+            plain: inertia.iter().map(|i| i.map(T::value)).collect(),
+            changing: (0..inertia.len()).filter(|&i| moves(&inertia[i])).collect(),
+            inertia,
             joints: joints.collect(),
-            gravity: self.gravity.map(T::constant),
+            gravity: self.gravity,
         })
     }
 }
@@ -88,6 +92,10 @@ impl Dynamics for RobotDynamics {
     fn sizes(&self) -> Sizes {
         let n = self.tree.bodies.len();
         Sizes { parameters: PARTS.len() * n, coordinates: n, states: 0, inputs: n }
+    }
+
+    fn shares_derivatives(&self) -> bool {
+        true
     }
 
     fn bind(&self, parameters: &[f64]) -> Bound {
@@ -103,9 +111,37 @@ impl Dynamics for RobotDynamics {
 struct BoundRobot<T> {
     tree: Arc<Tree>,
     inertia: Vec<Inertia<T>>,
+    /// The values of it.
+    plain: Vec<Inertia<f64>>,
+    /// The bodies whose inertia carries derivatives.
+    changing: Vec<usize>,
     /// Damping, friction, rotor inertia.
     joints: Vec<[T; 3]>,
-    gravity: [T; 3],
+    gravity: [f64; 3],
+}
+
+impl<T: Number> BoundRobot<T> {
+    fn sizes(&self) -> Sizes {
+        let n = self.tree.bodies.len();
+        Sizes { parameters: 0, coordinates: n, states: 0, inputs: n }
+    }
+
+    /// The bodies, their inertia in plain numbers.
+    #[inline(always)]
+    fn plain(&self) -> lacuna_rigid::Dynamics<'_, f64> {
+        lacuna_rigid::Dynamics::new(&self.tree, &self.plain, self.gravity)
+    }
+}
+
+/// What the motor and the friction of a joint make of an input at a velocity.
+#[inline(always)]
+fn driven<T: Number>([damping, friction, _]: &[T; 3], input: T, velocity: T) -> T {
+    let force = input - *damping * velocity;
+    // Most files state no friction: its sharp edge need not be evaluated.
+    if friction.value() == 0.0 && !friction.moves() {
+        return force;
+    }
+    force - *friction * (velocity / STILL).tanh()
 }
 
 impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
@@ -118,18 +154,118 @@ impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
     #[inline(always)]
     fn evaluate(&self, room: &mut Room<T>, variables: &[T], rates: &mut [T]) {
         let n = self.tree.bodies.len();
-        let sizes = Sizes { parameters: 0, coordinates: n, states: 0, inputs: n };
-        let at = Point::new(sizes, &[], variables);
+        let at = Point::new(self.sizes(), &[], variables);
         let (mass, force) = rates.split_at_mut(n * n);
-        let dynamics = lacuna_rigid::Dynamics::new(&self.tree, &self.inertia, self.gravity);
+        let gravity = self.gravity.map(T::constant);
+        let dynamics = lacuna_rigid::Dynamics::new(&self.tree, &self.inertia, gravity);
         let (bodies, still) = (&mut room.bodies, &room.numbers);
         dynamics.place(bodies, at.coordinates);
         dynamics.mass_matrix(bodies, mass);
         dynamics.inverse(bodies, (at.velocities, still), force);
-        for (i, [damping, friction, armature]) in self.joints.iter().enumerate() {
-            let v = at.velocities[i];
-            mass[i * n + i] = mass[i * n + i] + *armature;
-            force[i] = at.inputs[i] - force[i] - *damping * v - *friction * (v / STILL).tanh();
+        for (i, joint) in self.joints.iter().enumerate() {
+            mass[i * n + i] = mass[i * n + i] + joint[2];
+            force[i] = driven(joint, at.inputs[i], at.velocities[i]) - force[i];
+        }
+    }
+
+    fn implicit(&self) -> Option<&dyn Implicit<T>> {
+        T::CARRIES.then_some(self)
+    }
+}
+
+impl<T: Number> Implicit<T> for BoundRobot<T> {
+    fn values(&self, room: &mut ImplicitRoom, variables: &[f64], rates: &mut [f64]) {
+        pulp::Arch::new().dispatch(Values { robot: self, room, variables, rates });
+    }
+
+    fn accelerate(&self, room: &mut ImplicitRoom, variables: &[f64], accelerations: &[f64]) {
+        pulp::Arch::new().dispatch(Accelerate { robot: self, room, variables, accelerations });
+    }
+
+    fn derive(&self, room: &ImplicitRoom, variables: &[T], forces: &mut [T]) {
+        pulp::Arch::new().dispatch(Derive { robot: self, room, variables, forces });
+    }
+}
+
+/// A call of [`Implicit::values`], to be compiled for every width of vectors, as those that follow.
+struct Values<'a, T> {
+    robot: &'a BoundRobot<T>,
+    room: &'a mut ImplicitRoom,
+    variables: &'a [f64],
+    rates: &'a mut [f64],
+}
+
+impl<T: Number> pulp::WithSimd for Values<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        let Self { robot, room, variables, rates } = self;
+        let n = robot.tree.bodies.len();
+        let at = Point::new(robot.sizes(), &[], variables);
+        let (mass, force) = rates.split_at_mut(n * n);
+        let moving = (at.coordinates, at.velocities);
+        robot.plain().mass_and_bias(&mut room.motion, moving, mass, force);
+        for (i, joint) in robot.joints.iter().enumerate() {
+            let joint = joint.map(T::value);
+            mass[i * n + i] += joint[2];
+            force[i] = driven(&joint, at.inputs[i], at.velocities[i]) - force[i];
+        }
+    }
+}
+
+struct Accelerate<'a, T> {
+    robot: &'a BoundRobot<T>,
+    room: &'a mut ImplicitRoom,
+    variables: &'a [f64],
+    accelerations: &'a [f64],
+}
+
+impl<T: Number> pulp::WithSimd for Accelerate<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        let Self { robot, room, variables, accelerations } = self;
+        let at = Point::new(robot.sizes(), &[], variables);
+        let ImplicitRoom { motion, by_coordinates, by_velocities, .. } = room;
+        let moving = (at.velocities, accelerations);
+        robot.plain().derivatives(motion, moving, by_coordinates, by_velocities);
+        room.accelerations.copy_from_slice(accelerations);
+    }
+}
+
+struct Derive<'a, T> {
+    robot: &'a BoundRobot<T>,
+    room: &'a ImplicitRoom,
+    variables: &'a [T],
+    forces: &'a mut [T],
+}
+
+impl<T: Number> pulp::WithSimd for Derive<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        let Self { robot, room, variables, forces } = self;
+        let n = robot.tree.bodies.len();
+        let at = Point::new(robot.sizes(), &[], variables);
+        let dynamics = robot.plain();
+        // What it takes to move the bodies enters with the other sign.
+        forces.iter_mut().for_each(|f| *f = -*f);
+        for &i in &robot.changing {
+            dynamics.carry(&room.motion, i, &robot.inertia[i], forces);
+        }
+        for (i, joint) in robot.joints.iter().enumerate() {
+            let row = i * n..(i + 1) * n;
+            let mut taken = forces[i] + joint[2] * room.accelerations[i];
+            for (q, slope) in at.coordinates.iter().zip(&room.by_coordinates[row.clone()]) {
+                taken = taken + *q * *slope;
+            }
+            for (v, slope) in at.velocities.iter().zip(&room.by_velocities[row]) {
+                taken = taken + *v * *slope;
+            }
+            forces[i] = driven(joint, at.inputs[i], at.velocities[i]) - taken;
         }
     }
 }

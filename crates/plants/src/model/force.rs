@@ -49,6 +49,11 @@ impl<T: Number> Force<T> {
         }
     }
 
+    /// Whether it adds to the mass matrix.
+    pub(super) fn is_inertial(&self) -> bool {
+        self.inertial
+    }
+
     /// Write the memory at rest into a state that begins with `machine`.
     pub(super) fn rest(&self, machine: &[f64], state: &mut [f64]) {
         let at = At::new(0.0, machine, &self.places);

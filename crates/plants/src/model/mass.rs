@@ -68,3 +68,34 @@ fn eliminate<T: Number>(mass: &mut [T], force: &mut [T]) {
         force[k] = rest / mass[k * n + k];
     }
 }
+
+/// Factors `L D L^T` of a symmetric matrix (row-major, `n x n`) in its place: D on the diagonal, L below it.
+/// Of a mass matrix that is not positive definite they exist as well, save where a pivot is 0: what
+/// is solved is not finite then.
+#[inline(always)]
+pub(super) fn factor(mass: &mut [f64], n: usize) {
+    for j in 0..n {
+        for i in j..n {
+            let shares = (0..j).map(|k| mass[i * n + k] * mass[j * n + k] * mass[k * n + k]);
+            let rest = mass[i * n + j] - shares.sum::<f64>();
+            mass[i * n + j] = if i == j { rest } else { rest / mass[j * n + j] };
+        }
+    }
+}
+
+/// `x <- mass^-1 x`, given the factors.
+#[inline(always)]
+pub(super) fn solve_factored<T: Number>(factors: &[f64], x: &mut [T]) {
+    let n = x.len();
+    for i in 0..n {
+        for k in 0..i {
+            x[i] = x[i] - x[k] * factors[i * n + k];
+        }
+    }
+    for i in (0..n).rev() {
+        x[i] = x[i] / factors[i * n + i];
+        for k in i + 1..n {
+            x[i] = x[i] - x[k] * factors[k * n + i];
+        }
+    }
+}

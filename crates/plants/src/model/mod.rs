@@ -12,6 +12,7 @@ mod parameter;
 mod read;
 mod series;
 mod system;
+mod together;
 mod units;
 mod write;
 
@@ -23,6 +24,7 @@ pub use observation::Observation;
 pub use parameter::{Parameter, Uncertainty, UncertaintyError};
 pub use series::{SeriesEffect, effective_inputs, sensed};
 pub use system::{Direction, Step, System, Workspace};
+pub use together::{Strand, advance_together};
 pub use units::{SaidUnit, same_unit};
 pub use write::{Augmentation, NewEffect};
 

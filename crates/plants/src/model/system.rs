@@ -2,9 +2,10 @@
 
 use super::force::Force;
 use super::mass::{impose, solve_mass};
+use super::together::{Shared, Strand, advance_together};
 use super::{Model, ModelEffect};
 use crate::Plant;
-use crate::dynamics::{Bound, BoundDynamics, Room, Sizes};
+use crate::dynamics::{Bound, BoundDynamics, Implicit, Room, Sizes};
 use crate::input::{MOTION, StepInput};
 use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
 use lacuna_numbers::{Dual, LANES, Number};
@@ -217,11 +218,46 @@ impl<T: Number> System<T> {
             slope: std::array::from_fn(|_| vec![zero; width]),
             stage: vec![zero; width],
             input: vec![zero; self.input_width()],
+            shared: match self.implicit() {
+                Some(_) => {
+                    let Sizes { coordinates, .. } = self.sizes;
+                    Shared::new((coordinates, self.sizes.variables(), self.sizes.rates()))
+                }
+                None => Shared::default(),
+            },
         }
+    }
+
+    /// Its dynamics where derivatives are taken by way of known accelerations.
+    #[inline(always)]
+    pub(super) fn implicit(&self) -> Option<&dyn Implicit<T>> {
+        if self.imposed.is_empty() { self.bound.implicit() } else { None }
+    }
+
+    /// Whether an effect adds to the mass matrix.
+    #[inline(always)]
+    pub(super) fn is_inertial(&self) -> bool {
+        self.forces.iter().any(Force::is_inertial)
     }
 
     /// Advance the state from `times.0` to `times.1` by `substeps` RK4 steps.
     pub fn advance(
+        &self,
+        w: &mut Workspace<T>,
+        times: (f64, f64),
+        inputs: StepInput<T>,
+        substeps: usize,
+        state: &mut [T],
+    ) {
+        if self.implicit().is_some() {
+            let alone = Strand { system: self, workspace: w, inputs, state };
+            return advance_together(&mut [alone], times, substeps);
+        }
+        self.advance_alone(w, times, inputs, substeps, state);
+    }
+
+    /// The same where nothing is known of derivatives but that numbers carry them.
+    pub(super) fn advance_alone(
         &self,
         w: &mut Workspace<T>,
         times: (f64, f64),
@@ -250,11 +286,7 @@ impl<T: Number> System<T> {
             self.stage(bound, w, 1, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
             self.stage(bound, w, 2, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
             self.stage(bound, w, 3, (t + h, part(2)), inputs, (state, h));
-            let [k1, k2, k3, k4] = &w.slope;
-            for (i, x) in state.iter_mut().enumerate() {
-                let sum = k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
-                *x = *x + sum * (h / 6.0);
-            }
+            w.complete(h, state);
             self.impose(&w.input, state);
         }
     }
@@ -270,6 +302,23 @@ impl<T: Number> System<T> {
         inputs: StepInput<T>,
         (state, step): (&[T], f64),
     ) {
+        self.begin_stage(w, k, (t, part), inputs, (state, step));
+        let Workspace { room, variables, outputs, slope, stage, input, .. } = w;
+        // No closure stands between: it would be compiled apart, for the narrowest vectors.
+        bound.evaluate(room, variables, outputs);
+        self.rates((t, stage, input), outputs, &mut slope[k]);
+    }
+
+    /// What a stage is evaluated at: the state moved along the slope before it, and the inputs.
+    #[inline(always)]
+    pub(super) fn begin_stage(
+        &self,
+        w: &mut Workspace<T>,
+        k: usize,
+        (t, part): (f64, (usize, usize)),
+        inputs: StepInput<T>,
+        (state, step): (&[T], f64),
+    ) {
         inputs.at(part, &mut w.input);
         w.stage.copy_from_slice(state);
         if k > 0 {
@@ -278,12 +327,7 @@ impl<T: Number> System<T> {
             }
         }
         self.impose(&w.input, &mut w.stage);
-        let Workspace { room, variables, outputs, slope, stage, input } = w;
-        let at = (t, &stage[..], &input[..]);
-        self.variables(at, variables);
-        // No closure stands between: it would be compiled apart, for the narrowest vectors.
-        bound.evaluate(room, variables, outputs);
-        self.rates(at, outputs, &mut slope[k]);
+        self.variables((t, &w.stage, &w.input), &mut w.variables);
     }
 
     /// What the dynamics are evaluated at.
@@ -304,7 +348,12 @@ impl<T: Number> System<T> {
 
     /// Add forces and effects to what the dynamics evaluate to, and write the memory's rates.
     #[inline(always)]
-    fn push(&self, (t, state, u): (f64, &[T], &[T]), outputs: &mut [T], derivative: &mut [T]) {
+    pub(super) fn push(
+        &self,
+        (t, state, u): (f64, &[T], &[T]),
+        outputs: &mut [T],
+        derivative: &mut [T],
+    ) {
         let n = self.sizes.coordinates;
         let (mass, force) = outputs.split_at_mut(n * n);
         for (f, p) in force.iter_mut().zip(&self.push) {
@@ -368,11 +417,24 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> pulp::WithSimd for Along<'_, T, B>
 #[derive(Clone, Debug)]
 pub struct Workspace<T> {
     room: Room<T>,
-    variables: Vec<T>,
-    outputs: Vec<T>,
-    slope: [Vec<T>; 4],
-    stage: Vec<T>,
-    input: Vec<T>,
+    pub(super) variables: Vec<T>,
+    pub(super) outputs: Vec<T>,
+    pub(super) slope: [Vec<T>; 4],
+    pub(super) stage: Vec<T>,
+    pub(super) input: Vec<T>,
+    pub(super) shared: Shared,
+}
+
+impl<T: Number> Workspace<T> {
+    /// Complete a step of Runge-Kutta from its four slopes.
+    #[inline(always)]
+    pub(super) fn complete(&self, h: f64, state: &mut [T]) {
+        let [k1, k2, k3, k4] = &self.slope;
+        for (i, x) in state.iter_mut().enumerate() {
+            let sum = k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
+            *x = *x + sum * (h / 6.0);
+        }
+    }
 }
 
 impl Plant for System {

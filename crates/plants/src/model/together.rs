@@ -1,0 +1,148 @@
+//! Systems of the same values, stepped side by side: each carries derivatives in directions of its own.
+
+use super::mass::{factor, solve_factored};
+use super::system::{System, Workspace};
+use crate::dynamics::{Implicit, ImplicitRoom};
+use crate::input::StepInput;
+use lacuna_numbers::Number;
+
+/// One of several systems that are stepped side by side.
+pub struct Strand<'a, T: Number> {
+    /// The system: of the same model, parameters and effects as all others.
+    pub system: &'a System<T>,
+    /// Room for it.
+    pub workspace: &'a mut Workspace<T>,
+    /// Its inputs along the step, of the same values as those of all others.
+    pub inputs: StepInput<'a, T>,
+    /// Its state, likewise.
+    pub state: &'a mut [T],
+}
+
+/// Advance the states of systems that differ in nothing but the directions that they carry, from `times.0` to
+/// `times.1` by `substeps` RK4 steps. What does not depend on the directions is computed once where the
+/// dynamics know how ([`Implicit`]).
+pub fn advance_together<T: Number>(
+    strands: &mut [Strand<'_, T>],
+    times: (f64, f64),
+    substeps: usize,
+) {
+    let Some(first) = strands.first() else { return };
+    match first.system.implicit() {
+        Some(_) => pulp::Arch::new().dispatch(Together { strands, times, substeps }),
+        None => {
+            for Strand { system, workspace, inputs, state } in strands {
+                system.advance_alone(workspace, times, *inputs, substeps, state);
+            }
+        }
+    }
+}
+
+/// What strands share at a stage, in plain numbers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Shared {
+    room: ImplicitRoom,
+    variables: Vec<f64>,
+    rates: Vec<f64>,
+    accelerations: Vec<f64>,
+}
+
+impl Shared {
+    pub fn new((coordinates, variables, rates): (usize, usize, usize)) -> Self {
+        Self {
+            room: ImplicitRoom::new(coordinates),
+            variables: vec![0.0; variables],
+            rates: vec![0.0; rates],
+            accelerations: vec![0.0; coordinates],
+        }
+    }
+
+    /// Find the accelerations, given what acts beside the dynamics: mass and force.
+    #[inline(always)]
+    fn accelerate<T: Number>(&mut self, dynamics: &dyn Implicit<T>, variables: &[T], beside: &[T]) {
+        let Self { room, variables: plain, rates, accelerations } = self;
+        for (to, from) in plain.iter_mut().zip(variables) {
+            *to = from.value();
+        }
+        dynamics.values(room, plain, rates);
+        for (to, from) in rates.iter_mut().zip(beside) {
+            *to += from.value();
+        }
+        let n = accelerations.len();
+        let (mass, force) = rates.split_at_mut(n * n);
+        factor(mass, n);
+        solve_factored(mass, force);
+        accelerations.copy_from_slice(force);
+        dynamics.accelerate(room, plain, accelerations);
+    }
+
+    /// M, factorised.
+    fn factors(&self) -> &[f64] {
+        let n = self.accelerations.len();
+        &self.rates[..n * n]
+    }
+}
+
+/// Steps of strands, to be dispatched.
+struct Together<'s, 'a, T: Number> {
+    strands: &'s mut [Strand<'a, T>],
+    times: (f64, f64),
+    substeps: usize,
+}
+
+impl<T: Number> pulp::WithSimd for Together<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        let Self { strands, times, substeps } = self;
+        let mut shared = std::mem::take(&mut strands[0].workspace.shared);
+        let h = (times.1 - times.0) / substeps as f64;
+        for s in 0..substeps {
+            let t = times.0 + s as f64 * h;
+            for (k, (half, step)) in
+                [(0, 0.0), (1, 0.5 * h), (1, 0.5 * h), (2, h)].into_iter().enumerate()
+            {
+                let part = (2 * s + half, 2 * substeps);
+                for Strand { system, workspace, inputs, state } in &mut *strands {
+                    system.begin_stage(workspace, k, (t + step, part), *inputs, (state, step));
+                }
+                stage(strands, &mut shared, k, t + step);
+            }
+            for Strand { workspace, state, .. } in &mut *strands {
+                workspace.complete(h, state);
+            }
+        }
+        strands[0].workspace.shared = shared;
+    }
+}
+
+/// The slopes of one stage.
+#[inline(always)]
+fn stage<T: Number>(strands: &mut [Strand<'_, T>], shared: &mut Shared, k: usize, t: f64) {
+    for Strand { system, workspace: w, .. } in &mut *strands {
+        w.outputs.fill(T::constant(0.0));
+        system.push((t, &w.stage, &w.input), &mut w.outputs, &mut w.slope[k]);
+    }
+    let Strand { system, workspace: w, .. } = &strands[0];
+    let Some(dynamics) = system.implicit() else { return };
+    shared.accelerate(dynamics, &w.variables, &w.outputs);
+    let n = shared.accelerations.len();
+    for Strand { system, workspace: w, .. } in strands {
+        let (mass, force) = w.outputs.split_at_mut(n * n);
+        if system.is_inertial() {
+            for (row, force) in mass.chunks_exact(n).zip(&mut *force) {
+                for (m, a) in row.iter().zip(&shared.accelerations) {
+                    *force = *force - *m * *a;
+                }
+            }
+        }
+        let Some(dynamics) = system.implicit() else { continue };
+        dynamics.derive(&shared.room, &w.variables, force);
+        solve_factored(shared.factors(), force);
+        let slope = &mut w.slope[k];
+        slope[..n].copy_from_slice(&w.stage[n..2 * n]);
+        for ((slope, force), a) in slope[n..].iter_mut().zip(force).zip(&shared.accelerations) {
+            *slope = force.mapped(*a, 1.0);
+        }
+    }
+}
