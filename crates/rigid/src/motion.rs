@@ -325,14 +325,13 @@ impl Dynamics<'_, f64> {
         let linear = transposed_times(r, add(linear, cross(velocity.turn, passing)));
         let (w, rate) =
             (transposed_times(r, velocity.turn), transposed_times(r, acceleration.turn));
-        let (mc, about) = (inertia.moment, &inertia.about_origin);
-        let force = add(across(rate, mc), across(w, across(w, mc)));
-        let force = add(linear.map(|x| inertia.mass * x), force);
-        let turned = |x: Vector<f64>| about.map(|row| weighted(row, x));
-        let torque = add(turned(rate), across(w, turned(w)));
-        let torque = add(torque, across(linear, mc).map(|x| -x));
-        let force = r.map(|row| weighted(force, row));
-        let torque = add(r.map(|row| weighted(torque, row)), across(p, force));
+        let (mass, mc, about) = (inertia.mass, inertia.moment, &inertia.about_origin);
+        let pushed = [mass * linear[0], mass * linear[1], mass * linear[2]];
+        let force = add(pushed, add(across(rate, mc), across(w, across(w, mc))));
+        let torque = add(turned(about, rate), across(w, turned(about, w)));
+        let torque = add(torque, across([-linear[0], -linear[1], -linear[2]], mc));
+        let force = turned_by(r, force);
+        let torque = add(turned_by(r, torque), across(p, force));
         let mut at = Some(i);
         while let Some(j) = at {
             let Six { turn, slide } = motion.bodies[j].axis;
@@ -346,6 +345,19 @@ impl Dynamics<'_, f64> {
 #[inline(always)]
 fn weighted<T: Number>(a: Vector<T>, b: Vector<f64>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `m a` of a plain vector. Written out, as what follows: arrays of dual numbers are too large for
+/// `map` to be compiled into what calls it.
+#[inline(always)]
+fn turned<T: Number>(m: &Matrix<T>, a: Vector<f64>) -> Vector<T> {
+    [weighted(m[0], a), weighted(m[1], a), weighted(m[2], a)]
+}
+
+/// `m a` of a plain matrix.
+#[inline(always)]
+fn turned_by<T: Number>(m: &Matrix<f64>, a: Vector<T>) -> Vector<T> {
+    [weighted(a, m[0]), weighted(a, m[1]), weighted(a, m[2])]
 }
 
 /// `a x b` of a plain vector.
