@@ -23,10 +23,13 @@
 mod algebra;
 mod dynamics;
 mod inertia;
+mod robot;
 mod tree;
 pub mod urdf;
+mod xml;
 
 pub use algebra::{Matrix, Pose, Vector};
 pub use dynamics::{Dynamics, Room};
 pub use inertia::{Inertia, InertialParameters};
-pub use tree::{Body, Joint, JointKind, Link, Moves, Robot, RobotError, RobotJoint, Tree};
+pub use robot::{JointKind, Link, Moves, Robot, RobotError, RobotJoint};
+pub use tree::{Body, Joint, Tree};

@@ -1,92 +1,9 @@
-//! A robot as its file describes it, and the tree of bodies that move.
+//! The tree of a robot's bodies that move.
 
-use crate::algebra::{Matrix, Pose, Vector, from_z, rotation, transposed};
-use crate::{Inertia, InertialParameters};
+use crate::algebra::{Matrix, Pose, from_z, transposed};
+use crate::robot::{JointKind, Link, Moves, Robot, RobotError, RobotJoint};
+use crate::{Dynamics, Inertia, InertialParameters, Room};
 use lacuna_numbers::Number;
-use thiserror::Error;
-
-/// What is wrong with a robot's file, and where.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("{message}")]
-pub struct RobotError {
-    /// The line, counted from 1, of what is wrong.
-    pub line: Option<u32>,
-    /// What is wrong, and what to do.
-    pub message: String,
-}
-
-impl RobotError {
-    pub(crate) fn at(line: u32, message: impl Into<String>) -> Self {
-        Self { line: Some(line), message: message.into() }
-    }
-}
-
-/// A robot as its file describes it.
-#[derive(Clone, Debug)]
-pub struct Robot {
-    /// Its name.
-    pub name: String,
-    /// Links, in the file's order.
-    pub links: Vec<Link>,
-    /// Joints, in the file's order.
-    pub joints: Vec<RobotJoint>,
-}
-
-/// A link of a robot.
-#[derive(Clone, Debug)]
-pub struct Link {
-    /// Its name.
-    pub name: String,
-    /// Its inertia about its frame's origin.
-    pub inertia: Inertia<f64>,
-    /// Where it stands in the file.
-    pub line: u32,
-}
-
-/// How a joint lets its child move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Moves {
-    /// Not at all.
-    Fixed,
-    /// About or along its axis.
-    By(JointKind),
-    /// In a way that is not simulated: what it is called.
-    Otherwise(&'static str),
-}
-
-/// A joint of a robot.
-#[derive(Clone, Debug)]
-pub struct RobotJoint {
-    /// Its name.
-    pub name: String,
-    /// How it moves.
-    pub moves: Moves,
-    /// The link it hangs from, by its number.
-    pub parent: usize,
-    /// The link it carries.
-    pub child: usize,
-    /// Its frame, which is the child's, in that of the parent.
-    pub pose: Pose,
-    /// Its axis, a unit vector in its own frame.
-    pub axis: Vector<f64>,
-    /// Viscous friction that the file states, N m s/rad or N s/m.
-    pub damping: f64,
-    /// Dry friction that the file states, N m or N.
-    pub friction: f64,
-    /// Rotor inertia that the file states, on the joint's side, kg m^2 or kg.
-    pub armature: f64,
-    /// Where it stands in the file.
-    pub line: u32,
-}
-
-/// How a body moves relative to its parent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum JointKind {
-    /// It turns, rad.
-    Revolute,
-    /// It slides, m.
-    Prismatic,
-}
 
 /// A joint of a tree.
 #[derive(Clone, Debug)]
@@ -138,10 +55,14 @@ pub struct Tree {
     pub bodies: Vec<Body>,
 }
 
-/// A body in the making: what moves it, and what it is made of.
-struct Making {
-    body: Body,
+/// A body in the making: its link and the inertia of all that is found to be fixed to it.
+struct Making<'a> {
+    link: &'a Link,
+    merged: Vec<String>,
+    parent: Option<usize>,
+    joint: Joint,
     inertia: Inertia<f64>,
+    link_axes: Matrix<f64>,
 }
 
 impl Robot {
@@ -162,36 +83,17 @@ impl Robot {
             let message = "no joint moves: nothing can be simulated".to_owned();
             return Err(RobotError { line: None, message });
         }
-        Ok(Tree { bodies: bodies.iter().map(Making::done).collect() })
-    }
-
-    /// The joint of a name.
-    #[must_use]
-    pub fn joint(&self, name: &str) -> Option<&RobotJoint> {
-        self.joints.iter().find(|j| j.name == name)
-    }
-
-    /// The one link that no joint carries.
-    fn root(&self) -> usize {
-        let mut carried = vec![false; self.links.len()];
-        self.joints.iter().for_each(|j| carried[j.child] = true);
-        carried.iter().position(|carried| !carried).unwrap_or(0)
-    }
-
-    /// The joints that hang from each link.
-    fn hanging(&self) -> Vec<Vec<&RobotJoint>> {
-        let mut hanging = vec![vec![]; self.links.len()];
-        self.joints.iter().for_each(|j| hanging[j.parent].push(j));
-        hanging
+        Ok(Tree { bodies: bodies.into_iter().map(Making::done).collect() })
     }
 
     /// What moves, from the ground outwards.
-    fn bodies(&self, held: &[(String, f64)]) -> Result<Vec<Making>, RobotError> {
+    fn bodies(&self, held: &[(String, f64)]) -> Result<Vec<Making<'_>>, RobotError> {
         // Links whose joints are to come, with the body that they are a part of and where they stand in
         // it. Not by recursion: a file may be a chain of thousands.
         let mut bodies: Vec<Making> = vec![];
         let hanging = self.hanging();
-        let mut open = vec![(self.root(), None, Pose::SAME)];
+        let root = |link| (link, None, Pose::SAME);
+        let mut open: Vec<_> = self.roots().into_iter().map(root).collect();
         while let Some((link, body, pose)) = open.pop() {
             let mut below = vec![];
             for &joint in &hanging[link] {
@@ -201,7 +103,7 @@ impl Robot {
                 let here = match (at, joint.moves) {
                     (Some(at), _) => (body, place.then(&joint.moved(at))),
                     (None, Moves::By(kind)) => {
-                        let from = body.map(|b: usize| bodies[b].body.link_axes);
+                        let from = body.map(|b: usize| bodies[b].link_axes);
                         let pose = in_joint_frame(from, place);
                         bodies.push(self.begun((joint, kind), body, pose));
                         (Some(bodies.len() - 1), Pose::SAME)
@@ -212,7 +114,7 @@ impl Robot {
                     let part = &self.links[joint.child];
                     let making: &mut Making = &mut bodies[body];
                     making.inertia = making.inertia.plus(&part.inertia.seen_from_frame(&pose));
-                    making.body.merged.push(part.name.clone());
+                    making.merged.push(part.name.clone());
                 }
                 below.push((joint.child, here.0, here.1));
             }
@@ -227,22 +129,33 @@ impl Robot {
         (joint, kind): (&RobotJoint, JointKind),
         parent: Option<usize>,
         pose: Pose,
-    ) -> Making {
+    ) -> Making<'_> {
         let link = &self.links[joint.child];
         let name = joint.name.clone();
         let RobotJoint { damping, friction, armature, .. } = *joint;
         let aligned = Pose { rotation: from_z(joint.axis), ..Pose::SAME };
         let pose = pose.then(&aligned);
-        let moving = Joint { name, kind, pose, damping, friction, armature };
-        let body = Body {
-            name: link.name.clone(),
+        Making {
+            link,
             merged: vec![],
             parent,
-            joint: moving,
-            inertia: link.inertia.parameters(),
+            joint: Joint { name, kind, pose, damping, friction, armature },
+            inertia: link.inertia,
             link_axes: transposed(&aligned.rotation),
-        };
-        Making { body, inertia: link.inertia }
+        }
+    }
+}
+
+impl Making<'_> {
+    fn done(self) -> Body {
+        Body {
+            name: self.link.name.clone(),
+            merged: self.merged,
+            parent: self.parent,
+            joint: self.joint,
+            inertia: self.inertia.parameters(),
+            link_axes: self.link_axes,
+        }
     }
 }
 
@@ -252,36 +165,6 @@ fn in_joint_frame(link_axes: Option<Matrix<f64>>, pose: Pose) -> Pose {
     link_axes.map_or(pose, |rotation| Pose { rotation, ..Pose::SAME }.then(&pose))
 }
 
-impl RobotJoint {
-    fn not_simulated(&self, moves: Moves) -> RobotError {
-        let what = if let Moves::Otherwise(what) = moves { what } else { "of no known kind" };
-        let name = &self.name;
-        let message = format!(
-            "joint '{name}' is {what}, which is not simulated: hold it still with locked = [\"{name}\"]"
-        );
-        RobotError::at(self.line, message)
-    }
-
-    /// The child's frame in the joint's where its coordinate is `at`.
-    fn moved(&self, at: f64) -> Pose {
-        match self.moves {
-            Moves::By(JointKind::Revolute) => {
-                Pose { rotation: rotation(self.axis, at), ..Pose::SAME }
-            }
-            Moves::By(JointKind::Prismatic) => {
-                Pose { translation: self.axis.map(|z| z * at), ..Pose::SAME }
-            }
-            Moves::Fixed | Moves::Otherwise(_) => Pose::SAME,
-        }
-    }
-}
-
-impl Making {
-    fn done(&self) -> Body {
-        Body { inertia: self.inertia.parameters(), ..self.body.clone() }
-    }
-}
-
 impl Tree {
     /// Inertia of the bodies in their joints' frames.
     #[must_use]
@@ -289,16 +172,31 @@ impl Tree {
         self.bodies.iter().map(|b| b.in_joint_frame(&b.inertia)).collect()
     }
 
+    /// M (row-major, `n x n`) and h at coordinates and velocities, in a field of gravity (m/s^2, in the
+    /// root's frame), of bodies as the file describes them.
+    #[must_use]
+    pub fn mass_and_bias(
+        &self,
+        (q, v): (&[f64], &[f64]),
+        gravity: [f64; 3],
+    ) -> (Vec<f64>, Vec<f64>) {
+        let n = self.bodies.len();
+        let inertia = self.inertia();
+        let dynamics = Dynamics::new(self, &inertia, gravity);
+        let (mut room, mut mass, mut bias) = (Room::new(n), vec![0.0; n * n], vec![0.0; n]);
+        dynamics.place(&mut room, q);
+        dynamics.mass_matrix(&mut room, &mut mass);
+        dynamics.inverse(&mut room, (v, &vec![0.0; n]), &mut bias);
+        (mass, bias)
+    }
+
     /// The body that weighs nothing where all coordinates are 0, with all that hangs from it and the rotor
     /// inertia of its joint: its acceleration would be without bound.
     #[must_use]
     pub fn weightless(&self) -> Option<&Body> {
         let n = self.bodies.len();
-        let inertia = self.inertia();
-        let dynamics = crate::Dynamics::new(self, &inertia, [0.0; 3]);
-        let (mut room, mut mass) = (crate::Room::new(n), vec![0.0; n * n]);
-        dynamics.place(&mut room, &vec![0.0; n]);
-        dynamics.mass_matrix(&mut room, &mut mass);
+        let rest = vec![0.0; n];
+        let (mass, _) = self.mass_and_bias((&rest, &rest), [0.0; 3]);
         let own = |i: usize| mass[i * n + i] + self.bodies[i].joint.armature;
         (0..n).find(|&i| own(i).is_nan() || own(i) <= 0.0).map(|i| &self.bodies[i])
     }
