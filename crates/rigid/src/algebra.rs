@@ -110,6 +110,13 @@ impl Pose {
         Self { rotation: product(&z, &product(&y, &x)), translation }
     }
 
+    /// Where the other frame stands in this one.
+    #[must_use]
+    pub(crate) fn inverse(&self) -> Self {
+        let rotation = transposed(&self.rotation);
+        Self { rotation, translation: scaled(times(&rotation, self.translation), -1.0) }
+    }
+
     /// A frame that stands so in this one, as it stands where this one does.
     #[must_use]
     pub fn then(&self, inner: &Self) -> Self {

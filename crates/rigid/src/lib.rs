@@ -18,11 +18,14 @@
 //! composite bodies (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 and 6); vectors are
 //! those of three dimensions, in each body's own frame.
 //!
+//! Trees are those of robots' own files, [`urdf`] or [`mjcf`].
+//!
 //! SI units: metres, radians, kilograms, seconds.
 
 mod algebra;
 mod dynamics;
 mod inertia;
+pub mod mjcf;
 mod robot;
 mod tree;
 pub mod urdf;
@@ -31,5 +34,5 @@ mod xml;
 pub use algebra::{Matrix, Pose, Vector};
 pub use dynamics::{Dynamics, Room};
 pub use inertia::{Inertia, InertialParameters};
-pub use robot::{JointKind, Link, Moves, Robot, RobotError, RobotJoint};
+pub use robot::{Coupling, JointKind, Link, Moves, Robot, RobotError, RobotJoint};
 pub use tree::{Body, Joint, Tree};

@@ -1,7 +1,8 @@
 //! A robot as its file describes it.
 
 use crate::Inertia;
-use crate::algebra::{Pose, Vector, rotation};
+use crate::algebra::{Pose, Vector, add, rotation, scaled, times};
+use std::collections::HashMap;
 use thiserror::Error;
 
 /// What is wrong with a robot's file, and where.
@@ -29,6 +30,21 @@ pub struct Robot {
     pub links: Vec<Link>,
     /// Joints, in the file's order.
     pub joints: Vec<RobotJoint>,
+    /// What ties joints to others.
+    pub couplings: Vec<Coupling>,
+    /// Gravity that the file states, m/s^2, in the root's frame.
+    pub gravity: Option<Vector<f64>>,
+}
+
+/// What ties the motion of joints to that of others. It is not simulated: the joints must be held still.
+#[derive(Clone, Debug)]
+pub struct Coupling {
+    /// What it is.
+    pub what: String,
+    /// The joints, by their numbers.
+    pub joints: Vec<usize>,
+    /// Where it stands in the file.
+    pub line: u32,
 }
 
 /// A link of a robot.
@@ -64,16 +80,22 @@ pub struct RobotJoint {
     pub parent: usize,
     /// The link it carries.
     pub child: usize,
-    /// Its frame, which is the child's, in that of the parent.
+    /// The child's frame in that of the parent where its coordinate is 0.
     pub pose: Pose,
-    /// Its axis, a unit vector in its own frame.
+    /// Its axis, a unit vector in the child's frame.
     pub axis: Vector<f64>,
+    /// A point of the axis in the child's frame, m.
+    pub anchor: Vector<f64>,
     /// Viscous friction that the file states, N m s/rad or N s/m.
     pub damping: f64,
     /// Dry friction that the file states, N m or N.
     pub friction: f64,
     /// Rotor inertia that the file states, on the joint's side, kg m^2 or kg.
     pub armature: f64,
+    /// Stiffness of a spring in it that the file states, N m/rad or N/m.
+    pub stiffness: f64,
+    /// The coordinate where that spring is at rest.
+    pub spring_reference: f64,
     /// Where it stands in the file.
     pub line: u32,
 }
@@ -92,6 +114,13 @@ impl Robot {
     #[must_use]
     pub fn joint(&self, name: &str) -> Option<&RobotJoint> {
         self.joints.iter().find(|j| j.name == name)
+    }
+
+    /// The names of the joints that are not fixed.
+    #[must_use]
+    pub fn movable(&self) -> Vec<&str> {
+        let movable = self.joints.iter().filter(|j| j.moves != Moves::Fixed);
+        movable.map(|j| j.name.as_str()).collect()
     }
 
     /// The links that no joint carries: one of a robot that is checked.
@@ -122,6 +151,19 @@ impl Robot {
         }
         self.check_no_loop(roots)?;
         Ok(self)
+    }
+
+    /// Joints that are tied to others must be held still.
+    pub(crate) fn check_couplings(&self, held: &HashMap<&str, f64>) -> Result<(), RobotError> {
+        let still = |j: &RobotJoint| j.moves == Moves::Fixed || held.contains_key(&*j.name);
+        for Coupling { what, joints, line } in &self.couplings {
+            let joints = joints.iter().map(|&j| &self.joints[j]).filter(|j| !still(j));
+            let names: Vec<&str> = joints.map(|j| j.name.as_str()).collect();
+            if !names.is_empty() {
+                return Err(not_simulated(what, &names, *line));
+            }
+        }
+        Ok(())
     }
 
     fn check_carriers(&self) -> Result<(), RobotError> {
@@ -159,21 +201,27 @@ impl Robot {
     }
 }
 
+/// What is not simulated unless some joints are held still.
+fn not_simulated(what: &str, joints: &[&str], line: u32) -> RobotError {
+    let (these, quoted) = (if joints.len() > 1 { "them" } else { "it" }, joints.join("\", \""));
+    let message =
+        format!("{what}, which is not simulated: hold {these} still with locked = [\"{quoted}\"]");
+    RobotError::at(line, message)
+}
+
 impl RobotJoint {
     pub(crate) fn not_simulated(&self, moves: Moves) -> RobotError {
         let what = if let Moves::Otherwise(what) = moves { what } else { "of no known kind" };
-        let name = &self.name;
-        let message = format!(
-            "joint '{name}' is {what}, which is not simulated: hold it still with locked = [\"{name}\"]"
-        );
-        RobotError::at(self.line, message)
+        not_simulated(&format!("joint '{}' is {what}", self.name), &[&self.name], self.line)
     }
 
-    /// The child's frame in the joint's where its coordinate is `at`.
+    /// The child's frame where its coordinate is `at`, in what it is where that is 0.
     pub(crate) fn moved(&self, at: f64) -> Pose {
         match self.moves {
             Moves::By(JointKind::Revolute) => {
-                Pose { rotation: rotation(self.axis, at), ..Pose::SAME }
+                let rotation = rotation(self.axis, at);
+                let swung = times(&rotation, self.anchor);
+                Pose { rotation, translation: add(self.anchor, scaled(swung, -1.0)) }
             }
             Moves::By(JointKind::Prismatic) => {
                 Pose { translation: self.axis.map(|z| z * at), ..Pose::SAME }

@@ -1,9 +1,10 @@
 //! The tree of a robot's bodies that move.
 
-use crate::algebra::{Matrix, Pose, from_z, transposed};
+use crate::algebra::{Pose, from_z};
 use crate::robot::{JointKind, Link, Moves, Robot, RobotError, RobotJoint};
 use crate::{Dynamics, Inertia, InertialParameters, Room};
 use lacuna_numbers::Number;
+use std::collections::{HashMap, HashSet};
 
 /// A joint of a tree.
 #[derive(Clone, Debug)]
@@ -20,6 +21,10 @@ pub struct Joint {
     pub friction: f64,
     /// Rotor inertia, kg m^2 or kg.
     pub armature: f64,
+    /// Stiffness of a spring in it, N m/rad or N/m.
+    pub stiffness: f64,
+    /// The coordinate where that spring is at rest.
+    pub spring_reference: f64,
 }
 
 /// A body that moves: a link with all that is fixed to it.
@@ -35,16 +40,16 @@ pub struct Body {
     pub joint: Joint,
     /// Inertia of all of it, in the link's frame.
     pub inertia: InertialParameters<f64>,
-    /// The link's axes in the joint's frame, as columns; their origins are one.
-    link_axes: Matrix<f64>,
+    /// The link's frame in the joint's.
+    link_pose: Pose,
 }
 
 impl Body {
     /// Inertia of a body of these parameters in its joint's frame.
     #[must_use]
     pub fn in_joint_frame<T: Number>(&self, parameters: &InertialParameters<T>) -> Inertia<T> {
-        let axes = self.link_axes.map(|row| row.map(T::constant));
-        parameters.about_origin().seen_from(&axes, [T::constant(0.0); 3])
+        let axes = self.link_pose.rotation.map(|row| row.map(T::constant));
+        parameters.about_origin().seen_from(&axes, self.link_pose.translation.map(T::constant))
     }
 }
 
@@ -62,7 +67,7 @@ struct Making<'a> {
     parent: Option<usize>,
     joint: Joint,
     inertia: Inertia<f64>,
-    link_axes: Matrix<f64>,
+    link_pose: Pose,
 }
 
 impl Robot {
@@ -70,15 +75,19 @@ impl Robot {
     /// fixed joint or one that is held is part of its parent.
     ///
     /// # Errors
-    /// [`RobotError`]: a joint that is held but does not exist, joints that are not simulated, a robot
-    /// of which nothing moves.
+    /// [`RobotError`]: a joint that is held but does not exist, joints that are not simulated or
+    /// tied to others, a robot of which nothing moves.
     pub fn tree(&self, held: &[(String, f64)]) -> Result<Tree, RobotError> {
-        if let Some((name, _)) = held.iter().find(|(name, _)| self.joint(name).is_none()) {
-            let known: Vec<&str> = self.joints.iter().map(|j| j.name.as_str()).collect();
-            let message = format!("'{name}' is none of its joints: {}", known.join(", "));
+        let all: HashSet<&str> = self.joints.iter().map(|j| &*j.name).collect();
+        if let Some((name, _)) = held.iter().find(|(name, _)| !all.contains(&**name)) {
+            let known = self.movable().join(", ");
+            let message = format!("'{name}' is none of its joints: {known}");
             return Err(RobotError { line: None, message });
         }
-        let bodies = self.bodies(held)?;
+        // The first counts where one is named twice.
+        let held: HashMap<&str, f64> = held.iter().rev().map(|(name, at)| (&**name, *at)).collect();
+        self.check_couplings(&held)?;
+        let bodies = self.bodies(&held)?;
         if bodies.is_empty() {
             let message = "no joint moves: nothing can be simulated".to_owned();
             return Err(RobotError { line: None, message });
@@ -87,24 +96,27 @@ impl Robot {
     }
 
     /// What moves, from the ground outwards.
-    fn bodies(&self, held: &[(String, f64)]) -> Result<Vec<Making<'_>>, RobotError> {
+    fn bodies(&self, held: &HashMap<&str, f64>) -> Result<Vec<Making<'_>>, RobotError> {
         // Links whose joints are to come, with the body that they are a part of and where they stand in
         // it. Not by recursion: a file may be a chain of thousands.
         let mut bodies: Vec<Making> = vec![];
         let hanging = self.hanging();
         let root = |link| (link, None, Pose::SAME);
-        let mut open: Vec<_> = self.roots().into_iter().map(root).collect();
+        let mut open: Vec<(usize, Option<usize>, Pose)> =
+            self.roots().into_iter().map(root).collect();
         while let Some((link, body, pose)) = open.pop() {
             let mut below = vec![];
             for &joint in &hanging[link] {
                 let place = pose.then(&joint.pose);
-                let at = held.iter().find(|(name, _)| *name == joint.name).map(|(_, at)| *at);
+                let at = held.get(&*joint.name).copied();
                 let at = if joint.moves == Moves::Fixed { Some(0.0) } else { at };
                 let here = match (at, joint.moves) {
                     (Some(at), _) => (body, place.then(&joint.moved(at))),
                     (None, Moves::By(kind)) => {
-                        let from = body.map(|b: usize| bodies[b].link_axes);
-                        let pose = in_joint_frame(from, place);
+                        let pose = match body {
+                            Some(b) => bodies[b].link_pose.then(&place),
+                            None => place,
+                        };
                         bodies.push(self.begun((joint, kind), body, pose));
                         (Some(bodies.len() - 1), Pose::SAME)
                     }
@@ -132,16 +144,25 @@ impl Robot {
     ) -> Making<'_> {
         let link = &self.links[joint.child];
         let name = joint.name.clone();
-        let RobotJoint { damping, friction, armature, .. } = *joint;
-        let aligned = Pose { rotation: from_z(joint.axis), ..Pose::SAME };
+        let RobotJoint { damping, friction, armature, stiffness, spring_reference, .. } = *joint;
+        let aligned = Pose { rotation: from_z(joint.axis), translation: joint.anchor };
         let pose = pose.then(&aligned);
         Making {
             link,
             merged: vec![],
             parent,
-            joint: Joint { name, kind, pose, damping, friction, armature },
+            joint: Joint {
+                name,
+                kind,
+                pose,
+                damping,
+                friction,
+                armature,
+                stiffness,
+                spring_reference,
+            },
             inertia: link.inertia,
-            link_axes: transposed(&aligned.rotation),
+            link_pose: aligned.inverse(),
         }
     }
 }
@@ -154,15 +175,9 @@ impl Making<'_> {
             parent: self.parent,
             joint: self.joint,
             inertia: self.inertia.parameters(),
-            link_axes: self.link_axes,
+            link_pose: self.link_pose,
         }
     }
-}
-
-/// A pose in a link's frame, in the frame of its joint, where the link has these axes; as it is of the
-/// ground.
-fn in_joint_frame(link_axes: Option<Matrix<f64>>, pose: Pose) -> Pose {
-    link_axes.map_or(pose, |rotation| Pose { rotation, ..Pose::SAME }.then(&pose))
 }
 
 impl Tree {

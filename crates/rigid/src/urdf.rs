@@ -6,7 +6,7 @@
 //! `urdf-rs` does not keep where an element stood.
 
 use crate::algebra::{Pose, Vector, unit};
-use crate::robot::{Link, Moves, Robot, RobotError, RobotJoint};
+use crate::robot::{Coupling, Link, Moves, Robot, RobotError, RobotJoint};
 use crate::xml::{Element, Source, check_twice, numbers_or};
 use crate::{Inertia, InertialParameters, JointKind};
 use std::collections::HashMap;
@@ -30,7 +30,8 @@ pub fn read(text: &str) -> Result<Robot, RobotError> {
     let joints = root.children("joint").map(|element| joint(element, &places));
     let joints = joints.collect::<Result<Vec<_>, _>>()?;
     check_twice("joint", joints.iter().map(|j| (&*j.name, j.line)))?;
-    Robot { name, links, joints }.checked()
+    let couplings = root.children("joint").enumerate().filter_map(mimic).collect();
+    Robot { name, links, joints, couplings, gravity: None }.checked()
 }
 
 /// The `<origin>` of an element.
@@ -98,20 +99,29 @@ fn joint(element: Element, links: &HashMap<&str, usize>) -> Result<RobotJoint, R
         child,
         pose: origin(element)?,
         axis: axis(element)?,
+        anchor: [0.0; 3],
         damping,
         friction,
         armature: 0.0,
+        stiffness: 0.0,
+        spring_reference: 0.0,
         line: element.line(),
     })
 }
 
-/// How a joint moves; one that turns or slides between stops must say where they are.
+/// What moves the joint of this number, if it is another joint.
+fn mimic((number, element): (usize, Element)) -> Option<Coupling> {
+    element.child("mimic")?;
+    let name = element.get("name")?;
+    let what = format!("joint '{name}' is moved by another joint (<mimic>)");
+    Some(Coupling { what, joints: vec![number], line: element.line() })
+}
+
+/// How a joint moves; one that turns or slides between stops must say where they are, unless another moves it.
 fn moves(element: Element) -> Result<Moves, RobotError> {
     let kind = element.attribute("type")?;
-    if element.child("mimic").is_some() {
-        return Ok(Moves::Otherwise("moved by another joint (<mimic>)"));
-    }
-    if matches!(kind, "revolute" | "prismatic") && element.child("limit").is_none() {
+    let stated = ["limit", "mimic"].iter().any(|tag| element.child(tag).is_some());
+    if matches!(kind, "revolute" | "prismatic") && !stated {
         return Err(element.error(format!("{} is {kind} and lacks its <limit>", element.called())));
     }
     Ok(match kind {

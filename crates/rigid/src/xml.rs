@@ -67,6 +67,17 @@ impl<'a> Element<'a> {
         self.node.children().filter(Node::is_element).map(of)
     }
 
+    /// The elements in it, in those, and so on.
+    pub fn descendants(self) -> impl Iterator<Item = Self> + 'a {
+        let of = move |node| Self { node, ends: self.ends };
+        self.node.descendants().filter(Node::is_element).map(of)
+    }
+
+    /// The names of its attributes.
+    pub fn attributes(self) -> impl Iterator<Item = &'a str> {
+        self.node.attributes().map(|a| a.name())
+    }
+
     pub fn children(self, tag: &'static str) -> impl DoubleEndedIterator<Item = Self> + 'a {
         self.elements().filter(move |e| e.tag() == tag)
     }
@@ -90,11 +101,20 @@ impl<'a> Element<'a> {
 
     /// The numbers of an attribute.
     pub fn numbers<const N: usize>(self, name: &str) -> Result<[f64; N], RobotError> {
-        let text = self.attribute(name)?;
-        finite(text).and_then(|all| all.try_into().ok()).ok_or_else(|| {
-            let many = if N == 1 { "a number".to_owned() } else { format!("{N} numbers") };
-            self.error(format!("'{name}' of {} must be {many}; found \"{text}\"", self.called()))
-        })
+        let many = || if N == 1 { "a number".to_owned() } else { format!("{N} numbers") };
+        let all = finite(self.attribute(name)?).and_then(|all| all.try_into().ok());
+        all.ok_or_else(|| self.must_be(name, &many()))
+    }
+
+    /// The same, however many there are.
+    pub fn list(self, name: &str) -> Result<Vec<f64>, RobotError> {
+        finite(self.attribute(name)?).ok_or_else(|| self.must_be(name, "numbers"))
+    }
+
+    /// What an attribute of this element must be, and is not.
+    pub fn must_be(self, name: &str, what: &str) -> RobotError {
+        let found = self.get(name).unwrap_or_default();
+        self.error(format!("'{name}' of {} must be {what}; found \"{found}\"", self.called()))
     }
 }
 

@@ -1,6 +1,9 @@
 //! Robots that are drawn.
 #![allow(dead_code)]
 
+pub mod mjcf;
+pub mod oracle;
+
 use lacuna_excitation::rng;
 use lacuna_rigid::Tree;
 use rand::{Rng, RngExt};
@@ -61,7 +64,7 @@ fn drawn_link(link: usize, rng: &mut impl Rng) -> String {
     )
 }
 
-fn spaced(numbers: &[f64]) -> String {
+pub fn spaced(numbers: &[f64]) -> String {
     let all: Vec<String> = numbers.iter().map(f64::to_string).collect();
     all.join(" ")
 }
