@@ -17,8 +17,10 @@ use std::collections::HashMap;
 /// [`RobotError`] with the line: text that is no XML, elements that lack what they must have, masses
 /// below 0, axes of length 0, links that no joint reaches, that two carry or that hang in a circle.
 pub fn read(text: &str) -> Result<Robot, RobotError> {
-    let source = Source::parse(text)?;
-    let root = source.root("a URDF", "robot")?;
+    robot(Source::parse(text)?.root().expect("a URDF", "robot")?)
+}
+
+pub(crate) fn robot(root: Element) -> Result<Robot, RobotError> {
     let name = root.get("name").unwrap_or("robot").to_owned();
     let links = root.children("link").map(link).collect::<Result<Vec<_>, _>>()?;
     check_twice("link", links.iter().map(|l| (&*l.name, l.line)))?;

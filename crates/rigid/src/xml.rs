@@ -19,13 +19,9 @@ impl<'t> Source<'t> {
         Ok(Self { document, ends: text.match_indices('\n').map(|(at, _)| at).collect() })
     }
 
-    /// The element that holds all others, which must be called so.
-    pub fn root(&self, format: &str, tag: &str) -> Result<Element<'_>, RobotError> {
-        let root = Element { node: self.document.root_element(), ends: &self.ends };
-        if root.tag() == tag {
-            return Ok(root);
-        }
-        Err(root.error(format!("{format} file holds a <{tag}>; found <{}>", root.tag())))
+    /// The element that holds all others.
+    pub fn root(&self) -> Element<'_> {
+        Element { node: self.document.root_element(), ends: &self.ends }
     }
 }
 
@@ -55,6 +51,14 @@ impl<'a> Element<'a> {
             (None, Some((of, name))) => format!("<{tag}> of {} '{name}'", of.name()),
             (None, None) => format!("<{tag}>"),
         }
+    }
+
+    /// The same if it is called so.
+    pub fn expect(self, format: &str, tag: &str) -> Result<Self, RobotError> {
+        if self.tag() == tag {
+            return Ok(self);
+        }
+        Err(self.error(format!("{format} file holds a <{tag}>; found <{}>", self.tag())))
     }
 
     pub fn error(self, message: impl Into<String>) -> RobotError {

@@ -1,11 +1,12 @@
 //! A robot's dynamics: rigid bodies that hang together by joints, a motor at each.
 //!
 //! ```text
-//! (M(q) + diag(J)) v' = u - h(q, v) - d v - f tanh(v / v_0)
+//! (M(q) + diag(J)) v' = u - h(q, v) - d v - f tanh(v / v_0) - k (q - q_0)
 //! ```
 //!
 //! with M and h of [`lacuna_rigid`], and what the file states of each joint: damping d, friction f, rotor inertia
-//! J. Parameters are, body by body, the ten of its inertia and these three.
+//! J, stiffness k of a spring that is at rest at q_0. Parameters are, body by body, the ten of its inertia
+//! and d, f, J and k.
 
 use super::{Bound, BoundDynamics, Dynamics, Point, Room, Sizes};
 use lacuna_numbers::{Dual, Number};
@@ -26,10 +27,11 @@ pub(crate) enum Part {
     Damping,
     Friction,
     Armature,
+    Stiffness,
 }
 
 /// The parameters of a body, in their order, as they are called.
-pub(crate) const PARTS: [(&str, Part); 13] = [
+pub(crate) const PARTS: [(&str, Part); 14] = [
     ("mass", Part::Mass),
     ("com_x", Part::Centre),
     ("com_y", Part::Centre),
@@ -43,6 +45,7 @@ pub(crate) const PARTS: [(&str, Part); 13] = [
     ("damping", Part::Damping),
     ("friction", Part::Friction),
     ("armature", Part::Armature),
+    ("stiffness", Part::Stiffness),
 ];
 
 /// A tree of bodies in a field of gravity.
@@ -62,7 +65,8 @@ impl RobotDynamics {
     pub fn values(tree: &Tree) -> Vec<f64> {
         let of_body = |b: &lacuna_rigid::Body| {
             let InertialParameters { mass, centre, inertia } = b.inertia;
-            let joint = [b.joint.damping, b.joint.friction, b.joint.armature];
+            let lacuna_rigid::Joint { damping, friction, armature, stiffness, .. } = b.joint;
+            let joint = [damping, friction, armature, stiffness];
             [mass].into_iter().chain(centre).chain(inertia).chain(joint)
         };
         tree.bodies.iter().flat_map(of_body).collect()
@@ -74,7 +78,7 @@ impl RobotDynamics {
             let (centre, inertia) = ([p[1], p[2], p[3]], [p[4], p[5], p[6], p[7], p[8], p[9]]);
             body.in_joint_frame(&InertialParameters { mass: p[0], centre, inertia })
         });
-        let joints = bodies.map(|p| [p[10], p[11], p[12]]);
+        let joints = bodies.map(|p| [p[10], p[11], p[12], p[13]]);
         Arc::new(BoundRobot {
             tree: self.tree.clone(),
             inertia: inertia.collect(),
@@ -103,8 +107,8 @@ impl Dynamics for RobotDynamics {
 struct BoundRobot<T> {
     tree: Arc<Tree>,
     inertia: Vec<Inertia<T>>,
-    /// Damping, friction, rotor inertia.
-    joints: Vec<[T; 3]>,
+    /// Damping, friction, rotor inertia, stiffness.
+    joints: Vec<[T; 4]>,
     gravity: [T; 3],
 }
 
@@ -126,10 +130,12 @@ impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
         dynamics.place(bodies, at.coordinates);
         dynamics.mass_matrix(bodies, mass);
         dynamics.inverse(bodies, (at.velocities, still), force);
-        for (i, [damping, friction, armature]) in self.joints.iter().enumerate() {
+        for (i, [damping, friction, armature, stiffness]) in self.joints.iter().enumerate() {
             let v = at.velocities[i];
+            let strain = at.coordinates[i] - self.tree.bodies[i].joint.spring_reference;
             mass[i * n + i] = mass[i * n + i] + *armature;
-            force[i] = at.inputs[i] - force[i] - *damping * v - *friction * (v / STILL).tanh();
+            let friction = *damping * v + *friction * (v / STILL).tanh();
+            force[i] = at.inputs[i] - force[i] - friction - *stiffness * strain;
         }
     }
 }

@@ -28,7 +28,7 @@ mod joints;
 mod settings;
 
 use crate::robot::{Robot, RobotError};
-use crate::xml::{Source, check_twice};
+use crate::xml::{Element, Source, check_twice};
 use bodies::Bodies;
 use defaults::Defaults;
 use settings::Settings;
@@ -40,8 +40,10 @@ use settings::Settings;
 /// there are not, masses below 0, axes of length 0, moving bodies whose inertia a mesh would say,
 /// other files, and what would act on the robot and is not simulated (fluids, compensated gravity).
 pub fn read(text: &str) -> Result<Robot, RobotError> {
-    let source = Source::parse(text)?;
-    let root = source.root("an MJCF", "mujoco")?;
+    robot(Source::parse(text)?.root().expect("an MJCF", "mujoco")?)
+}
+
+pub(crate) fn robot(root: Element) -> Result<Robot, RobotError> {
     settings::check_alone(root)?;
     let settings = Settings::read(root)?;
     let defaults = Defaults::read(root)?;
