@@ -22,10 +22,10 @@ pub(crate) fn dot<T: Number>(a: Vector<T>, b: Vector<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The unit vector along a vector; none along one of length 0.
+/// The unit vector along a vector; none along one whose length is 0 or no number.
 pub(crate) fn unit(a: Vector<f64>) -> Option<Vector<f64>> {
     let length = dot(a, a).sqrt();
-    (length > 0.0).then(|| a.map(|x| x / length))
+    (length > 0.0 && length.is_finite()).then(|| a.map(|x| x / length))
 }
 
 #[inline(always)]

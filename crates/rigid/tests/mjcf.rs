@@ -2,9 +2,12 @@
 
 mod support;
 
+use lacuna_excitation::rng;
 use lacuna_rigid::{JointKind, Moves, RobotError, mjcf};
+use rand::RngExt;
 use std::f64::consts::{FRAC_PI_2, PI};
 use support::mass_and_bias;
+use support::mjcf::drawn_mjcf;
 
 const ARM: &str = r#"<mujoco model="arm">
   <compiler autolimits="true"/>
@@ -113,6 +116,21 @@ fn the_compiler_says_what_bodies_weigh() {
     }
 }
 
+/// A rotor of 0.5 kg m^2 behind a gear of 3 is 4.5 kg m^2 at the joint.
+#[test]
+fn motors_have_rotors() {
+    let motors = "</worldbody><default><position gear=\"3\"/></default><actuator>\
+        <motor joint=\"elbow\" armature=\"0.5\" damping=\"0.1\"/><motor joint=\"shoulder\"/></actuator>";
+    let text = ARM.replace("</worldbody>", motors);
+    let robot = mjcf::read(&text).expect("a robot");
+    let [shoulder, elbow] = ["shoulder", "elbow"].map(|name| robot.joint(name).expect("a joint"));
+    assert_eq!((shoulder.armature, elbow.armature), (0.0, 0.5 + 9.0 * 0.5));
+    assert_eq!((shoulder.damping, elbow.damping), (0.4, 0.4 + 9.0 * 0.1));
+    let loose = text.replace("motor joint=\"elbow\"", "motor tendon=\"strap\"");
+    let e = mjcf::read(&loose).expect_err("no joint");
+    assert!(e.line == Some(20) && e.message.contains("rotor"), "{e}");
+}
+
 #[test]
 fn mistakes_are_told_with_their_element_and_line() {
     let elbow = "<joint name=\"elbow\" armature=\"0.5\"/>";
@@ -148,6 +166,7 @@ fn mistakes_are_told_with_their_element_and_line() {
             15,
             &["fromto"],
         ),
+        (rod, "<geom name=\"rod\" size=\"1e200\"/>", 14, &["inertia", "lower", "finite"]),
         (compiler, "<compiler angle=\"turns\"/>", 2, &["angle", "degree, radian", "turns"]),
         (compiler, "<compiler eulerseq=\"xyw\"/>", 2, &["eulerseq", "xyw"]),
         (compiler, "<compiler coordinate=\"global\"/>", 2, &["coordinate", "local"]),
@@ -201,6 +220,31 @@ fn what_is_not_simulated_can_be_held() {
     mjcf::read(&slack).expect("a robot").tree(&[]).expect("a tree");
     let lost = with("<equality><joint joint1=\"wrist\"/></equality>");
     assert!(mjcf::read(&lost).expect_err("no such joint").message.contains("wrist"));
+}
+
+/// Files with pieces that are lost, copied or moved are read or refused.
+#[test]
+fn torn_files_do_no_harm() {
+    let (mut rng, mut read) = (rng(5, 0), 0);
+    for seed in 0..600 {
+        let mut pieces: Vec<String> =
+            drawn_mjcf(4, seed % 20).split_inclusive(['"', '>']).map(str::to_owned).collect();
+        for _ in 0..rng.random_range(1..4) {
+            let [from, to] = [(); 2].map(|()| rng.random_range(0..pieces.len()));
+            match rng.random_range(0..3) {
+                0 => pieces[to] = pieces[from].clone(),
+                1 => pieces.swap(from, to),
+                _ => drop(pieces.remove(from)),
+            }
+        }
+        if let Ok(robot) = mjcf::read(&pieces.concat()) {
+            read += 1;
+            if let Ok(tree) = robot.tree(&[]) {
+                tree.weightless();
+            }
+        }
+    }
+    assert!(read > 20, "{read}");
 }
 
 #[test]

@@ -7,6 +7,23 @@ use std::collections::HashMap;
 /// Classes within each other. The file's own way to say things is two or three deep.
 const DEEPEST: usize = 100;
 
+/// What all actuators are called in classes: MuJoCo has one default for them, by whichever name it is stated.
+pub(super) const ACTUATOR: &str = "general";
+
+const ACTUATORS: [&str; 11] = [
+    "motor",
+    "position",
+    "velocity",
+    "intvelocity",
+    "orientation",
+    "pid",
+    "damper",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "dcmotor",
+];
+
 /// The classes of a file; the first is what holds where none is named.
 pub(super) struct Defaults<'a> {
     classes: Vec<Class<'a>>,
@@ -44,7 +61,9 @@ impl<'a> Defaults<'a> {
                 if child.tag() == "default" {
                     inner.push((child, defaults.begun(child, class)?, depth + 1));
                 } else {
-                    let stated = child.attributes().map(|name| ((child.tag(), name), child));
+                    let tag = child.tag();
+                    let tag = if ACTUATORS.contains(&tag) { ACTUATOR } else { tag };
+                    let stated = child.attributes().map(|name| ((tag, name), child));
                     defaults.classes[class].stated.extend(stated);
                 }
             }

@@ -50,7 +50,7 @@ fn orientation(part: &Part, settings: &Settings) -> Result<Matrix<f64>, RobotErr
 fn quaternion(element: Element) -> Result<Matrix<f64>, RobotError> {
     let [w, x, y, z] = element.numbers("quat")?;
     let length = (w * w + x * x + y * y + z * z).sqrt();
-    if length == 0.0 {
+    if length == 0.0 || !length.is_finite() {
         return Err(element.must_be("quat", "a quaternion of a length above 0"));
     }
     let [w, x, y, z] = [w, x, y, z].map(|part| part / length);

@@ -32,7 +32,12 @@ pub(super) fn of_body(
             whole
         }
     };
-    Ok(within_bounds(inertia, settings))
+    let Inertia { mass, moment, about_origin } = inertia;
+    let all = about_origin.iter().flatten().chain(&moment).chain([&mass]);
+    if all.into_iter().all(|x| x.is_finite()) {
+        return Ok(within_bounds(inertia, settings));
+    }
+    Err(body.error(format!("the inertia of {} is not finite", body.called())))
 }
 
 fn of_inertial(element: Element, settings: &Settings) -> Result<Inertia<f64>, RobotError> {

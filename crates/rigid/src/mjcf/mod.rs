@@ -1,6 +1,6 @@
 //! Robots from MJCF files, the XML of MuJoCo: bodies and their joints with all that `<default>` classes and
 //! `<compiler>` say of them, and inertia from `<inertial>` or from the shapes of `<geom>`s. What is seen
-//! and touched, sensors and actuators are passed over, and no other file is opened.
+//! and touched, sensors and how actuators are controlled are passed over, and no other file is opened.
 //!
 //! | in the file | in the [`Robot`] |
 //! | --- | --- |
@@ -11,7 +11,8 @@
 //! | a joint's `damping`, `frictionloss`, `armature`, `stiffness`, `springref` | the same, in radians or metres |
 //! | `<equality>`, springs and dampers of `<tendon>`s | a [`Coupling`](crate::Coupling) |
 //! | `<option gravity>` | [`Robot::gravity`], 0 0 -9.81 where nothing is said |
-//! | `<actuator>` | nothing: a joint's input is its torque or force, behind any gear or controller |
+//! | an `<actuator>`'s `armature`, `damping` | the joint's, by the square of the `gear` |
+//! | else `<actuator>` | nothing: a joint's input is its torque or force, behind any gear or controller |
 //!
 //! Joints and bodies without names are `joint0`, `body1`, ... by MuJoCo's numbers. Stops (`range`) and
 //! contacts are not simulated.
@@ -19,6 +20,7 @@
 //! The text is read by `roxmltree`, and not by `mjcf-rs`: mistakes must be told by their line, and `mjcf-rs`
 //! does not keep where an element stood; it also opens the files that others `<include>`.
 
+mod actuators;
 mod bodies;
 mod couplings;
 mod defaults;
@@ -47,9 +49,10 @@ pub(crate) fn robot(root: Element) -> Result<Robot, RobotError> {
     settings::check_alone(root)?;
     let settings = Settings::read(root)?;
     let defaults = Defaults::read(root)?;
-    let bodies = Bodies::read(root, &settings, &defaults)?;
+    let mut bodies = Bodies::read(root, &settings, &defaults)?;
     check_twice("body", bodies.links.iter().map(|l| (&*l.name, l.line)))?;
     check_twice("joint", bodies.joints.iter().map(|j| (&*j.name, j.line)))?;
+    actuators::read(root, &mut bodies.joints, &defaults)?;
     let couplings = couplings::read(root, &bodies, &defaults)?;
     let name = root.get("model").unwrap_or("robot").to_owned();
     let Bodies { links, joints, .. } = bodies;
