@@ -25,6 +25,7 @@ mod bodies;
 mod couplings;
 mod defaults;
 mod frames;
+mod geoms;
 mod inertia;
 mod joints;
 mod settings;
