@@ -1,5 +1,5 @@
 //! A robot from its own file, through the commands: friction that its URDF leaves out is named, and
-//! written where the next command reads it.
+//! written where the next command reads it. An MJCF of the same robot is the same model.
 
 use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna::plants::{Model, SampledInput, System, rk4};
@@ -20,6 +20,22 @@ const ARM: &str = r#"<robot name="arm">
     <origin xyz="0 0 -0.3"/><axis xyz="0 1 0"/><dynamics damping="0.3"/></joint>
 </robot>
 "#;
+/// The same arm.
+const MJCF: &str = r#"<mujoco model="arm">
+  <default><joint type="hinge" axis="0 1 0" damping="0.3"/></default>
+  <worldbody>
+    <body name="upper">
+      <joint name="shoulder" damping="0.6"/>
+      <inertial pos="0 0 -0.15" mass="1.5" diaginertia="0.02 0.02 0.003"/>
+      <body name="lower" pos="0 0 -0.3">
+        <joint name="elbow"/>
+        <inertial pos="0 0 -0.1" mass="0.8" diaginertia="0.01 0.01 0.001"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor joint="shoulder" gear="50"/><motor joint="elbow" gear="50"/></actuator>
+</mujoco>
+"#;
 const FRICTION: &str = "name = \"truth\"\n[robot]\nfile = \"arm.urdf\"\n[[effect]]\nclass = \"coulomb_friction\"\n\
     channel = \"elbow\"\nmagnitude = 0.35\nsmoothing_velocity = 0.01\n";
 
@@ -29,6 +45,7 @@ impl Bench {
     fn new() -> Self {
         let bench = Self(tempfile::tempdir().expect("a folder"));
         std::fs::write(bench.path("arm.urdf"), ARM).expect("a file");
+        std::fs::write(bench.path("arm.xml"), MJCF).expect("a file");
         std::fs::write(bench.path("truth.toml"), FRICTION).expect("a file");
         bench
     }
@@ -74,6 +91,13 @@ impl Bench {
         command.args(arguments).current_dir(self.0.path()).output().expect("it runs")
     }
 
+    /// Error at the elbow of a model that runs on a recording.
+    fn error(&self, model: &str, run: &str) -> f64 {
+        let said = self.says(&["simulate", model, "--like", run, "--horizon", "1", "--json"]);
+        let said: Value = serde_json::from_str(&said).expect("JSON");
+        said["channels"]["elbow"]["rmse"].as_f64().expect("a number")
+    }
+
     fn says(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -107,13 +131,19 @@ fn friction_that_a_urdf_leaves_out_is_named() {
     assert!((size["value"].as_f64().expect("a number") - 0.35).abs() < 0.03, "{size}");
 
     // The model that was written is read from its own folder, and predicts.
-    let error = |model: &str| {
-        let said = bench.says(&["simulate", model, "--like", &runs[3], "--horizon", "1", "--json"]);
-        let said: Value = serde_json::from_str(&said).expect("JSON");
-        said["channels"]["elbow"]["rmse"].as_f64().expect("a number")
-    };
-    let (before, after) = (error("arm.urdf"), error("found/augmented.toml"));
+    let (before, after) =
+        (bench.error("arm.urdf", &runs[3]), bench.error("found/augmented.toml", &runs[3]));
     assert!(after < 6e-4 && before > 5.0 * after, "{before} {after}");
+}
+
+#[test]
+fn an_mjcf_is_the_model_that_its_urdf_is() {
+    let bench = Bench::new();
+    let run = bench.record(0);
+    let checked = bench.says(&["check", "arm.xml", &run]);
+    assert!(checked.contains("shoulder_torque") && checked.contains("N m"), "{checked}");
+    let (urdf, mjcf) = (bench.error("arm.urdf", &run), bench.error("arm.xml", &run));
+    assert!((urdf - mjcf).abs() < 1e-9 * urdf && urdf > 1e-3, "{urdf} {mjcf}");
 }
 
 #[test]

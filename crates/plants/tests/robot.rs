@@ -361,3 +361,45 @@ fn a_robots_file_is_a_model() {
     assert_eq!((&*model.name, model.coordinates.len()), ("arm", 4));
     assert!(model.parameters.iter().all(|p| p.std() == 0.0));
 }
+
+/// A pendulum on a spring, in degrees, as MuJoCo's files are, with a field of gravity of its own.
+const PENDULUM: &str = r#"<mujoco model="pendulum"><option gravity="0 0 -2"/><worldbody>
+  <body name="rod"><joint name="pivot" axis="0 1 0" stiffness="3" springref="30" armature="0.5"/>
+    <inertial pos="0 0 -0.5" mass="2" diaginertia="0.1 0.1 0.1"/></body>
+</worldbody></mujoco>
+"#;
+
+#[test]
+fn an_mjcf_is_a_model() {
+    let folder = Folder::new();
+    std::fs::write(folder.file("rod.xml"), PENDULUM).expect("a file");
+    let model = Model::read(&folder.file("rod.xml")).expect("a model");
+    let find = |name: &str| model.parameters.iter().find(|p| p.name == name).expect("it is there");
+    let stiffness = find("pivot.stiffness");
+    assert_eq!((stiffness.value, &*stiffness.unit, stiffness.std()), (3.0, "N m/rad", 0.0));
+    assert_eq!(find("pivot.armature").value, 0.5);
+    let acceleration = |model: &Model, angle: f64| {
+        let mut rates = [0.0; 2];
+        System::new(model).derivative(0.0, &[angle, 0.0], &[0.0], &mut rates);
+        rates[1]
+    };
+    let expected = |gravity: f64, angle: f64| {
+        let spring = 3.0 * (angle - std::f64::consts::FRAC_PI_6);
+        (-gravity * 2.0 * 0.5 * angle.sin() - spring) / (0.1 + 2.0 * 0.25 + 0.5)
+    };
+    for angle in [0.0, 0.4, 2.0] {
+        assert!((acceleration(&model, angle) - expected(2.0, angle)).abs() < 1e-12);
+        let text = "name = \"rod\"\n[robot]\nfile = \"rod.xml\"\ngravity = [0, 0, -5]\n";
+        let heavier = folder.model(text).expect("a model");
+        assert!((acceleration(&heavier, angle) - expected(5.0, angle)).abs() < 1e-12);
+    }
+    // The text says what it is, whatever the file is called.
+    std::fs::write(folder.file("rod.txt"), PENDULUM).expect("a file");
+    assert_eq!(Model::read(&folder.file("rod.txt")).expect("a model").name, "rod");
+    std::fs::write(folder.file("rod.xml"), PENDULUM.replace("mass=\"2\"", "")).expect("a file");
+    let said = Model::read(&folder.file("rod.xml")).expect_err("no mass").to_string();
+    assert!(said.contains("rod.xml:3") && said.contains("'mass'"), "{said}");
+    std::fs::write(folder.file("rod.xml"), "<sdf/>").expect("a file");
+    let said = Model::read(&folder.file("rod.xml")).expect_err("another format").to_string();
+    assert!(said.contains("<mujoco> (MJCF)") && said.contains("<sdf>"), "{said}");
+}

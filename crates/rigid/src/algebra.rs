@@ -27,6 +27,12 @@ pub(crate) fn dot<T: Number>(a: Vector<T>, b: Vector<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// The unit vector along a vector; none along one whose length is 0 or no number.
+pub(crate) fn unit(a: Vector<f64>) -> Option<Vector<f64>> {
+    let length = dot(a, a).sqrt();
+    (length > 0.0 && length.is_finite()).then(|| a.map(|x| x / length))
+}
+
 #[inline(always)]
 pub(crate) fn cross<T: Number>(a: Vector<T>, b: Vector<T>) -> Vector<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
@@ -107,6 +113,13 @@ impl Pose {
         let y = rotation([0.0, 1.0, 0.0], pitch);
         let z = rotation([0.0, 0.0, 1.0], yaw);
         Self { rotation: product(&z, &product(&y, &x)), translation }
+    }
+
+    /// Where the other frame stands in this one.
+    #[must_use]
+    pub(crate) fn inverse(&self) -> Self {
+        let rotation = transposed(&self.rotation);
+        Self { rotation, translation: scaled(times(&rotation, self.translation), -1.0) }
     }
 
     /// A frame that stands so in this one, as it stands where this one does.

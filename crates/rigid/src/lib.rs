@@ -19,17 +19,39 @@
 //! composite bodies (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 and 6); vectors are
 //! those of three dimensions, in each body's own frame.
 //!
+//! Trees are those of robots' own files, [`urdf`] or [`mjcf`]: [`read`].
+//!
 //! SI units: metres, radians, kilograms, seconds.
 
 mod algebra;
 mod dynamics;
 mod inertia;
+pub mod mjcf;
 mod motion;
+mod robot;
 mod tree;
 pub mod urdf;
+mod xml;
 
 pub use algebra::{Matrix, Pose, Vector};
 pub use dynamics::{Dynamics, Room};
 pub use inertia::{Inertia, InertialParameters};
 pub use motion::Motion;
-pub use tree::{Body, Joint, JointKind, Link, Moves, Robot, RobotError, RobotJoint, Tree};
+pub use robot::{Coupling, JointKind, Link, Moves, Robot, RobotError, RobotJoint};
+pub use tree::{Body, Joint, Tree};
+
+/// Read a robot from the text of its file, in the format that its first element says.
+///
+/// # Errors
+/// [`RobotError`] with the line: what is wrong with a [`urdf`] or an [`mjcf`], or another format.
+pub fn read(text: &str) -> Result<Robot, RobotError> {
+    let source = xml::Source::parse(text)?;
+    let root = source.root();
+    match root.tag() {
+        "robot" => urdf::robot(root),
+        "mujoco" => mjcf::robot(root),
+        other => Err(root.error(format!(
+            "a robot's file holds a <robot> (URDF) or a <mujoco> (MJCF); found <{other}>"
+        ))),
+    }
+}

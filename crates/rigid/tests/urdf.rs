@@ -200,3 +200,19 @@ fn what_is_not_simulated_can_be_held() {
     let e = robot.tree(&[("wrist".to_owned(), 0.0)]).expect_err("no such joint");
     assert!(e.message.contains("shoulder, elbow"), "{e}");
 }
+
+/// A joint that another moves must be held, and stays where it is held.
+#[test]
+fn a_mimic_joint_can_be_held() {
+    let limited =
+        ARM.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 1 0\"/><mimic joint=\"shoulder\"/>");
+    let robot = urdf::read(&limited).expect("a robot");
+    let e = robot.tree(&[]).expect_err("it is tied");
+    assert!(e.message.contains("<mimic>") && e.message.contains("locked = [\"elbow\"]"), "{e}");
+    let about_z = |at: f64| {
+        let tree = robot.tree(&[("elbow".to_owned(), at)]).expect("a tree");
+        tree.bodies[0].inertia.inertia[5]
+    };
+    assert!((about_z(0.0) - (0.003 + 0.001)).abs() < 1e-15);
+    assert!((about_z(std::f64::consts::FRAC_PI_2) - (0.003 + 0.01)).abs() < 1e-15);
+}

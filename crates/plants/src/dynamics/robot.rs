@@ -1,11 +1,12 @@
 //! A robot's dynamics: rigid bodies that hang together by joints, a motor at each.
 //!
 //! ```text
-//! (M(q) + diag(J)) v' = u - h(q, v) - d v - f tanh(v / v_0)
+//! (M(q) + diag(J)) v' = u - h(q, v) - d v - f tanh(v / v_0) - k (q - q_0)
 //! ```
 //!
 //! with M and h of [`lacuna_rigid`], and what the file states of each joint: damping d, friction f, rotor inertia
-//! J. Parameters are, body by body, the ten of its inertia and these three.
+//! J, stiffness k of a spring that is at rest at q_0. Parameters are, body by body, the ten of its inertia
+//! and d, f, J and k.
 
 use super::{Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Point, Room, Sizes};
 use lacuna_numbers::{Dual, Number};
@@ -26,10 +27,11 @@ pub(crate) enum Part {
     Damping,
     Friction,
     Armature,
+    Stiffness,
 }
 
 /// The parameters of a body, in their order, as they are called.
-pub(crate) const PARTS: [(&str, Part); 13] = [
+pub(crate) const PARTS: [(&str, Part); 14] = [
     ("mass", Part::Mass),
     ("com_x", Part::Centre),
     ("com_y", Part::Centre),
@@ -43,6 +45,7 @@ pub(crate) const PARTS: [(&str, Part); 13] = [
     ("damping", Part::Damping),
     ("friction", Part::Friction),
     ("armature", Part::Armature),
+    ("stiffness", Part::Stiffness),
 ];
 
 /// A tree of bodies in a field of gravity.
@@ -62,7 +65,8 @@ impl RobotDynamics {
     pub fn values(tree: &Tree) -> Vec<f64> {
         let of_body = |b: &lacuna_rigid::Body| {
             let InertialParameters { mass, centre, inertia } = b.inertia;
-            let joint = [b.joint.damping, b.joint.friction, b.joint.armature];
+            let lacuna_rigid::Joint { damping, friction, armature, stiffness, .. } = b.joint;
+            let joint = [damping, friction, armature, stiffness];
             [mass].into_iter().chain(centre).chain(inertia).chain(joint)
         };
         tree.bodies.iter().flat_map(of_body).collect()
@@ -74,7 +78,13 @@ impl RobotDynamics {
             let (centre, inertia) = ([p[1], p[2], p[3]], [p[4], p[5], p[6], p[7], p[8], p[9]]);
             body.in_joint_frame(&InertialParameters { mass: p[0], centre, inertia })
         });
-        let joints = bodies.map(|p| [p[10], p[11], p[12]]);
+        let joints = self.tree.bodies.iter().zip(bodies).map(|(body, p)| Motor {
+            damping: p[10],
+            friction: p[11],
+            armature: p[12],
+            stiffness: p[13],
+            rest: body.joint.spring_reference,
+        });
         let inertia: Vec<Inertia<T>> = inertia.collect();
         let moves = |i: &Inertia<T>| i.entries().iter().any(|x| x.moves());
         Arc::new(BoundRobot {
@@ -115,8 +125,7 @@ struct BoundRobot<T> {
     plain: Vec<Inertia<f64>>,
     /// The bodies whose inertia carries derivatives.
     changing: Vec<usize>,
-    /// Damping, friction, rotor inertia.
-    joints: Vec<[T; 3]>,
+    joints: Vec<Motor<T>>,
     gravity: [f64; 3],
 }
 
@@ -133,15 +142,41 @@ impl<T: Number> BoundRobot<T> {
     }
 }
 
-/// What the motor and the friction of a joint make of an input at a velocity.
-#[inline(always)]
-fn driven<T: Number>([damping, friction, _]: &[T; 3], input: T, velocity: T) -> T {
-    let force = input - *damping * velocity;
-    // Most files state no friction: its sharp edge need not be evaluated.
-    if friction.value() == 0.0 && !friction.moves() {
-        return force;
+/// What the file states of a joint beside what it carries.
+#[derive(Clone, Copy, Debug)]
+struct Motor<T> {
+    damping: T,
+    friction: T,
+    /// Rotor inertia.
+    armature: T,
+    stiffness: T,
+    /// Where the spring is at rest.
+    rest: f64,
+}
+
+impl<T: Number> Motor<T> {
+    /// The same in plain numbers.
+    #[inline(always)]
+    fn value(&self) -> Motor<f64> {
+        Motor {
+            damping: self.damping.value(),
+            friction: self.friction.value(),
+            armature: self.armature.value(),
+            stiffness: self.stiffness.value(),
+            rest: self.rest,
+        }
     }
-    force - *friction * (velocity / STILL).tanh()
+
+    /// What becomes of an input at a coordinate and velocity.
+    #[inline(always)]
+    fn driven(&self, input: T, q: T, v: T) -> T {
+        let force = input - self.damping * v - self.stiffness * (q - self.rest);
+        // Most files state no friction: its sharp edge need not be evaluated.
+        if self.friction.value() == 0.0 && !self.friction.moves() {
+            return force;
+        }
+        force - self.friction * (v / STILL).tanh()
+    }
 }
 
 impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
@@ -163,8 +198,8 @@ impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
         dynamics.mass_matrix(bodies, mass);
         dynamics.inverse(bodies, (at.velocities, still), force);
         for (i, joint) in self.joints.iter().enumerate() {
-            mass[i * n + i] = mass[i * n + i] + joint[2];
-            force[i] = driven(joint, at.inputs[i], at.velocities[i]) - force[i];
+            mass[i * n + i] = mass[i * n + i] + joint.armature;
+            force[i] = joint.driven(at.inputs[i], at.coordinates[i], at.velocities[i]) - force[i];
         }
     }
 
@@ -207,9 +242,9 @@ impl<T: Number> pulp::WithSimd for Values<'_, T> {
         let moving = (at.coordinates, at.velocities);
         robot.plain().mass_and_bias(&mut room.motion, moving, mass, force);
         for (i, joint) in robot.joints.iter().enumerate() {
-            let joint = joint.map(T::value);
-            mass[i * n + i] += joint[2];
-            force[i] = driven(&joint, at.inputs[i], at.velocities[i]) - force[i];
+            let joint = joint.value();
+            mass[i * n + i] += joint.armature;
+            force[i] = joint.driven(at.inputs[i], at.coordinates[i], at.velocities[i]) - force[i];
         }
     }
 }
@@ -258,14 +293,14 @@ impl<T: Number> pulp::WithSimd for Derive<'_, T> {
         }
         for (i, joint) in robot.joints.iter().enumerate() {
             let row = i * n..(i + 1) * n;
-            let mut taken = forces[i] + joint[2] * room.accelerations[i];
+            let mut taken = forces[i] + joint.armature * room.accelerations[i];
             for (q, slope) in at.coordinates.iter().zip(&room.by_coordinates[row.clone()]) {
                 taken = taken + *q * *slope;
             }
             for (v, slope) in at.velocities.iter().zip(&room.by_velocities[row]) {
                 taken = taken + *v * *slope;
             }
-            forces[i] = driven(joint, at.inputs[i], at.velocities[i]) - taken;
+            forces[i] = joint.driven(at.inputs[i], at.coordinates[i], at.velocities[i]) - taken;
         }
     }
 }

@@ -47,16 +47,14 @@ impl Place {
             text: source[begin..stop].trim_end().to_owned(),
         }
     }
-}
 
-impl Place {
     /// The first word and all that follows of a line, counted from 1.
     #[must_use]
     pub fn of_line(source: &str, line: usize) -> Self {
         let text = source.lines().nth(line.saturating_sub(1)).unwrap_or_default();
-        let (indented, words) = (text.len() - text.trim_start().len(), text.trim());
+        let (indented, words) = (text.chars().take_while(|c| c.is_whitespace()), text.trim());
         let width = words.chars().count().max(1);
-        Self { line, column: indented + 1, width, text: text.trim_end().to_owned() }
+        Self { line, column: indented.count() + 1, width, text: text.trim_end().to_owned() }
     }
 }
 

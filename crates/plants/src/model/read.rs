@@ -140,7 +140,7 @@ impl Default for RawRecordings {
 }
 
 impl Model {
-    /// Read a model file, or a robot's own (`.urdf`), all that it does not say as where a model file
+    /// Read a model file, or a robot's own (URDF or MJCF), all that it does not say as where a model file
     /// does not.
     ///
     /// # Errors
@@ -155,8 +155,11 @@ impl Model {
             let message = "this is no text file; a model is a TOML file in UTF-8".to_owned();
             ModelError { file: file.clone(), place: None, message }
         })?;
-        match robot::about(path) {
-            Some(about) => Self::from_text(&about, &file),
+        match robot::about(path, &text) {
+            Some(about) => {
+                let reader = Reader { text: &about, file: &file, robot: Some(&text) };
+                reader.model(reader.file()?)
+            }
             None => Self::from_text(&text, &file),
         }
     }
@@ -166,7 +169,7 @@ impl Model {
     /// # Errors
     /// [`ModelError`] with the line and column, and what was expected there.
     pub fn from_text(text: &str, file: &str) -> Result<Self, ModelError> {
-        let reader = Reader { text, file };
+        let reader = Reader { text, file, robot: None };
         reader.model(reader.file()?)
     }
 
@@ -178,7 +181,7 @@ impl Model {
     /// [`ModelError`] with the line and column, and what was expected there: also parameters
     /// that the model does not have.
     pub fn with_text(&self, text: &str, file: &str) -> Result<Self, ModelError> {
-        let reader = Reader { text, file };
+        let reader = Reader { text, file, robot: None };
         let raw = reader.file()?;
         let mut model = self.clone();
         for new in reader.parameters(&raw)? {
@@ -196,6 +199,8 @@ impl Model {
 struct Reader<'a> {
     text: &'a str,
     file: &'a str,
+    /// The text of the robot's own file, where that was read first.
+    robot: Option<&'a str>,
 }
 
 /// The declared names: those of variables in the order of their slots, and definitions.

@@ -1,8 +1,11 @@
 //! Robots that are drawn.
 #![allow(dead_code)]
 
+pub mod mjcf;
+pub mod oracle;
+
 use lacuna_excitation::rng;
-use lacuna_rigid::{Dynamics, Room, Tree};
+use lacuna_rigid::Tree;
 use rand::{Rng, RngExt};
 use std::fmt::Write;
 
@@ -61,7 +64,7 @@ fn drawn_link(link: usize, rng: &mut impl Rng) -> String {
     )
 }
 
-fn spaced(numbers: &[f64]) -> String {
+pub fn spaced(numbers: &[f64]) -> String {
     let all: Vec<String> = numbers.iter().map(f64::to_string).collect();
     all.join(" ")
 }
@@ -75,12 +78,5 @@ pub fn drawn_states(n: usize, count: usize, seed: u64) -> Vec<Vec<f64>> {
 
 /// M and h of a tree whose bodies are as its file says.
 pub fn mass_and_bias(tree: &Tree, state: &[f64], gravity: [f64; 3]) -> (Vec<f64>, Vec<f64>) {
-    let n = tree.bodies.len();
-    let inertia = tree.inertia();
-    let dynamics = Dynamics::new(tree, &inertia, gravity);
-    let (mut room, mut mass, mut bias) = (Room::new(n), vec![0.0; n * n], vec![0.0; n]);
-    dynamics.place(&mut room, &state[..n]);
-    dynamics.mass_matrix(&mut room, &mut mass);
-    dynamics.inverse(&mut room, (&state[n..], &vec![0.0; n]), &mut bias);
-    (mass, bias)
+    tree.mass_and_bias(state.split_at(tree.bodies.len()), gravity)
 }

@@ -7,13 +7,14 @@ use crate::model::{
     Uncertainty,
 };
 use lacuna_numbers::{Dual, LANES, Number};
-use lacuna_rigid::{Body, JointKind, Robot, RobotError, Tree, urdf};
+use lacuna_rigid::{Body, JointKind, Robot, RobotError, Tree};
 use serde::Deserialize;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
 
-/// Gravity where nothing is said, m/s^2.
+/// Gravity where neither the model nor the robot's file says any, m/s^2.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 #[derive(Deserialize)]
@@ -51,12 +52,13 @@ struct RawTolerance {
     inertia: Option<Spanned<f64>>,
 }
 
-/// The model file that says no more than a robot's own; none where a file is none.
-pub(super) fn about(path: &Path) -> Option<String> {
-    let kind = path.extension()?.to_str()?.to_ascii_lowercase();
+/// The model file that says no more than a robot's own, by that one's path and text; none where it is none.
+pub(super) fn about(path: &Path, text: &str) -> Option<String> {
+    let kind = path.extension().and_then(|kind| kind.to_str()).unwrap_or_default();
+    let named = ["urdf", "xml", "mjcf"].iter().any(|known| kind.eq_ignore_ascii_case(known));
     let (name, stem) = (path.file_name()?.to_str()?, path.file_stem()?.to_str()?);
     let quoted = |text: &str| toml_edit::Value::from(text).to_string();
-    (kind == "urdf").then(|| {
+    (named || text.trim_start().starts_with('<')).then(|| {
         format!("name = {}\n\n[robot]\nfile = {}\n", quoted(stem).trim(), quoted(name).trim())
     })
 }
@@ -66,8 +68,9 @@ impl Reader<'_> {
         self.check_alone(raw, table)?;
         let robot = table.get_ref();
         let file = self.beside(robot.file.get_ref());
-        let tree = Arc::new(self.tree(robot, &file)?);
-        let gravity = robot.gravity.as_ref().map_or(GRAVITY, |g| *g.get_ref());
+        let (tree, gravity) = self.tree(robot, &file)?;
+        let tree = Arc::new(tree);
+        let gravity = robot.gravity.as_ref().map_or(gravity, |g| *g.get_ref());
         if let Some(g) = robot.gravity.as_ref().filter(|_| gravity.iter().any(|g| !g.is_finite())) {
             return Err(self.error(g.span(), "gravity must be finite".to_owned()));
         }
@@ -128,19 +131,24 @@ impl Reader<'_> {
         Path::new(self.file).parent().unwrap_or(Path::new("")).join(name)
     }
 
-    fn tree(&self, raw: &RawRobot, file: &Path) -> Result<Tree, ModelError> {
-        let text = std::fs::read_to_string(file).map_err(|e| {
-            let message = format!("the robot's file {} cannot be read: {e}", file.display());
-            self.error(raw.file.span(), message)
-        })?;
+    /// What moves, and the field of gravity that the file states.
+    fn tree(&self, raw: &RawRobot, file: &Path) -> Result<(Tree, [f64; 3]), ModelError> {
+        let text = match self.robot {
+            Some(text) => Cow::Borrowed(text),
+            None => Cow::Owned(std::fs::read_to_string(file).map_err(|e| {
+                let message = format!("the robot's file {} cannot be read: {e}", file.display());
+                self.error(raw.file.span(), message)
+            })?),
+        };
         let in_file = |e: RobotError| ModelError {
             file: file.display().to_string(),
             place: e.line.map(|line| Place::of_line(&text, line as usize)),
             message: e.message,
         };
-        let robot = urdf::read(&text).map_err(in_file)?;
+        let robot = lacuna_rigid::read(&text).map_err(in_file)?;
         let held = self.held(&raw.locked, &robot)?;
-        robot.tree(&held).map_err(in_file)
+        let tree = robot.tree(&held).map_err(in_file)?;
+        Ok((tree, robot.gravity.unwrap_or(GRAVITY)))
     }
 
     /// The joints that are held still, each where.
@@ -166,9 +174,8 @@ impl Reader<'_> {
             };
             let names: Vec<_> = robot.joints.iter().map(|j| &j.name).filter(|n| meant(n)).collect();
             if names.is_empty() {
-                let known: Vec<&str> = robot.joints.iter().map(|j| j.name.as_str()).collect();
-                let message =
-                    format!("'{pattern}' is none of the robot's joints: {}", known.join(", "));
+                let known = robot.movable().join(", ");
+                let message = format!("'{pattern}' is none of the robot's joints: {known}");
                 return Err(self.error(entry.span(), message));
             }
             held.extend(names.into_iter().map(|name| (name.clone(), at)));
@@ -205,7 +212,11 @@ impl Reader<'_> {
                 Part::Mass => mass * value,
                 Part::Centre if body.inertia.mass > 0.0 => com,
                 Part::Inertia => inertia * radius(&body.inertia.inertia, suffix),
-                Part::Centre | Part::Damping | Part::Friction | Part::Armature => 0.0,
+                Part::Centre
+                | Part::Damping
+                | Part::Friction
+                | Part::Armature
+                | Part::Stiffness => 0.0,
             };
             let turns = body.joint.kind == JointKind::Revolute;
             let (of, unit) = match part {
@@ -215,6 +226,7 @@ impl Reader<'_> {
                 Part::Damping => (&body.joint.name, if turns { "N m s/rad" } else { "N s/m" }),
                 Part::Friction => (&body.joint.name, if turns { "N m" } else { "N" }),
                 Part::Armature => (&body.joint.name, if turns { "kg m^2" } else { "kg" }),
+                Part::Stiffness => (&body.joint.name, if turns { "N m/rad" } else { "N/m" }),
             };
             parameters.push(Parameter {
                 name: format!("{of}.{suffix}"),

@@ -1,0 +1,232 @@
+//! A robot as its file describes it.
+
+use crate::Inertia;
+use crate::algebra::{Pose, Vector, add, rotation, scaled, times};
+use std::collections::HashMap;
+use thiserror::Error;
+
+/// What is wrong with a robot's file, and where.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{message}")]
+pub struct RobotError {
+    /// The line, counted from 1, of what is wrong.
+    pub line: Option<u32>,
+    /// What is wrong, and what to do.
+    pub message: String,
+}
+
+impl RobotError {
+    pub(crate) fn at(line: u32, message: impl Into<String>) -> Self {
+        Self { line: Some(line), message: message.into() }
+    }
+}
+
+/// A robot as its file describes it.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    /// Its name.
+    pub name: String,
+    /// Links, in the file's order.
+    pub links: Vec<Link>,
+    /// Joints, in the file's order.
+    pub joints: Vec<RobotJoint>,
+    /// What ties joints to others.
+    pub couplings: Vec<Coupling>,
+    /// Gravity that the file states, m/s^2, in the root's frame.
+    pub gravity: Option<Vector<f64>>,
+}
+
+/// What ties the motion of joints to that of others. It is not simulated: the joints must be held still.
+#[derive(Clone, Debug)]
+pub struct Coupling {
+    /// What it is.
+    pub what: String,
+    /// The joints, by their numbers.
+    pub joints: Vec<usize>,
+    /// Where it stands in the file.
+    pub line: u32,
+}
+
+/// A link of a robot.
+#[derive(Clone, Debug)]
+pub struct Link {
+    /// Its name.
+    pub name: String,
+    /// Its inertia about its frame's origin.
+    pub inertia: Inertia<f64>,
+    /// Where it stands in the file.
+    pub line: u32,
+}
+
+/// How a joint lets its child move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moves {
+    /// Not at all.
+    Fixed,
+    /// About or along its axis.
+    By(JointKind),
+    /// In a way that is not simulated: what it is called.
+    Otherwise(&'static str),
+}
+
+/// A joint of a robot.
+#[derive(Clone, Debug)]
+pub struct RobotJoint {
+    /// Its name.
+    pub name: String,
+    /// How it moves.
+    pub moves: Moves,
+    /// The link it hangs from, by its number.
+    pub parent: usize,
+    /// The link it carries.
+    pub child: usize,
+    /// The child's frame in that of the parent where its coordinate is 0.
+    pub pose: Pose,
+    /// Its axis, a unit vector in the child's frame.
+    pub axis: Vector<f64>,
+    /// A point of the axis in the child's frame, m.
+    pub anchor: Vector<f64>,
+    /// Viscous friction that the file states, N m s/rad or N s/m.
+    pub damping: f64,
+    /// Dry friction that the file states, N m or N.
+    pub friction: f64,
+    /// Rotor inertia that the file states, on the joint's side, kg m^2 or kg.
+    pub armature: f64,
+    /// Stiffness of a spring in it that the file states, N m/rad or N/m.
+    pub stiffness: f64,
+    /// The coordinate where that spring is at rest.
+    pub spring_reference: f64,
+    /// Where it stands in the file.
+    pub line: u32,
+}
+
+/// How a body moves relative to its parent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// It turns, rad.
+    Revolute,
+    /// It slides, m.
+    Prismatic,
+}
+
+impl Robot {
+    /// The joint of a name.
+    #[must_use]
+    pub fn joint(&self, name: &str) -> Option<&RobotJoint> {
+        self.joints.iter().find(|j| j.name == name)
+    }
+
+    /// The names of the joints that are not fixed.
+    #[must_use]
+    pub fn movable(&self) -> Vec<&str> {
+        let movable = self.joints.iter().filter(|j| j.moves != Moves::Fixed);
+        movable.map(|j| j.name.as_str()).collect()
+    }
+
+    /// The links that no joint carries: one of a robot that is checked.
+    pub(crate) fn roots(&self) -> Vec<usize> {
+        let mut carried = vec![false; self.links.len()];
+        self.joints.iter().for_each(|j| carried[j.child] = true);
+        (0..carried.len()).filter(|&link| !carried[link]).collect()
+    }
+
+    /// The joints that hang from each link.
+    pub(crate) fn hanging(&self) -> Vec<Vec<&RobotJoint>> {
+        let mut hanging = vec![vec![]; self.links.len()];
+        self.joints.iter().for_each(|j| hanging[j.parent].push(j));
+        hanging
+    }
+
+    /// The same where all links hang from one, each by one joint.
+    pub(crate) fn checked(self) -> Result<Self, RobotError> {
+        self.check_carriers()?;
+        let roots = self.roots();
+        if let [first, second, ..] = roots[..] {
+            let (first, second) = (&self.links[first], &self.links[second]);
+            let message = format!(
+                "links '{}' and '{}' hang from nothing, both: one link is the base, a joint must carry the other",
+                first.name, second.name
+            );
+            return Err(RobotError::at(second.line, message));
+        }
+        self.check_no_loop(roots)?;
+        Ok(self)
+    }
+
+    /// Joints that are tied to others must be held still.
+    pub(crate) fn check_couplings(&self, held: &HashMap<&str, f64>) -> Result<(), RobotError> {
+        let still = |j: &RobotJoint| j.moves == Moves::Fixed || held.contains_key(&*j.name);
+        for Coupling { what, joints, line } in &self.couplings {
+            let joints = joints.iter().map(|&j| &self.joints[j]).filter(|j| !still(j));
+            let names: Vec<&str> = joints.map(|j| j.name.as_str()).collect();
+            if !names.is_empty() {
+                return Err(not_simulated(what, &names, *line));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_carriers(&self) -> Result<(), RobotError> {
+        let mut carrier = vec![None; self.links.len()];
+        for joint in &self.joints {
+            if let Some(RobotJoint { name: first, .. }) = carrier[joint.child].replace(joint) {
+                let message = format!(
+                    "link '{}' is carried by joint '{first}' and by '{}': a tree is expected, without loops",
+                    self.links[joint.child].name, joint.name
+                );
+                return Err(RobotError::at(joint.line, message));
+            }
+        }
+        Ok(())
+    }
+
+    /// With one carrier a link, what does not come from the root hangs in a circle.
+    fn check_no_loop(&self, mut open: Vec<usize>) -> Result<(), RobotError> {
+        let hanging = self.hanging();
+        let mut reached = vec![false; self.links.len()];
+        while let Some(link) = open.pop() {
+            reached[link] = true;
+            open.extend(hanging[link].iter().map(|j| j.child));
+        }
+        match self.joints.iter().find(|j| !reached[j.child]) {
+            Some(joint) => {
+                let message = format!(
+                    "link '{}' hangs from itself by way of joint '{}': a tree is expected, without loops",
+                    self.links[joint.child].name, joint.name
+                );
+                Err(RobotError::at(joint.line, message))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// What is not simulated unless some joints are held still.
+fn not_simulated(what: &str, joints: &[&str], line: u32) -> RobotError {
+    let (these, quoted) = (if joints.len() > 1 { "them" } else { "it" }, joints.join("\", \""));
+    let message =
+        format!("{what}, which is not simulated: hold {these} still with locked = [\"{quoted}\"]");
+    RobotError::at(line, message)
+}
+
+impl RobotJoint {
+    pub(crate) fn not_simulated(&self, moves: Moves) -> RobotError {
+        let what = if let Moves::Otherwise(what) = moves { what } else { "of no known kind" };
+        not_simulated(&format!("joint '{}' is {what}", self.name), &[&self.name], self.line)
+    }
+
+    /// The child's frame where its coordinate is `at`, in what it is where that is 0.
+    pub(crate) fn moved(&self, at: f64) -> Pose {
+        match self.moves {
+            Moves::By(JointKind::Revolute) => {
+                let rotation = rotation(self.axis, at);
+                let swung = times(&rotation, self.anchor);
+                Pose { rotation, translation: add(self.anchor, scaled(swung, -1.0)) }
+            }
+            Moves::By(JointKind::Prismatic) => {
+                Pose { translation: self.axis.map(|z| z * at), ..Pose::SAME }
+            }
+            Moves::Fixed | Moves::Otherwise(_) => Pose::SAME,
+        }
+    }
+}
