@@ -352,6 +352,13 @@ fn mistakes_are_told_with_their_place() {
     assert!(said.contains("'slide' moves what has no inertia: link 'tool'"), "{said}");
     let rotor = format!("{MODEL}[parameters]\n\"slide.armature\" = {{ value = 0.2, std = 0.1 }}\n");
     folder.model(&rotor).expect("a rotor has inertia");
+    // Inertia that its file rounds to 0 is that of a rotor, as large as what the joint before it moves.
+    let rounded = ARM.replace("\"0.0001\"", "\"0.000\"");
+    std::fs::write(folder.file("arm.urdf"), rounded).unwrap();
+    let model = folder.model(&MODEL.replace("\"grip_*\"", "")).expect("a rotor stands for it");
+    let rotor = model.parameters.iter().find(|p| p.name == "grip_left.armature").expect("it");
+    assert!(rotor.value > 0.0 && rotor.std() == rotor.value, "{}", rotor.value);
+    assert!(model.assumptions[0].contains("'grip_left'"), "{:?}", model.assumptions);
 }
 
 #[test]

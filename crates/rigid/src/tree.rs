@@ -205,14 +205,18 @@ impl Tree {
         (mass, bias)
     }
 
-    /// The body that weighs nothing where all coordinates are 0, with all that hangs from it and the rotor
-    /// inertia of its joint: its acceleration would be without bound.
+    /// The inertia that each joint moves where all coordinates are 0, its rotor's among it: where it is 0,
+    /// accelerations would be without bound.
     #[must_use]
-    pub fn weightless(&self) -> Option<&Body> {
+    pub fn moved(&self) -> Vec<f64> {
         let n = self.bodies.len();
         let rest = vec![0.0; n];
         let (mass, _) = self.mass_and_bias((&rest, &rest), [0.0; 3]);
-        let own = |i: usize| mass[i * n + i] + self.bodies[i].joint.armature;
-        (0..n).find(|&i| own(i).is_nan() || own(i) <= 0.0).map(|i| &self.bodies[i])
+        (0..n).map(|i| mass[i * n + i] + self.bodies[i].joint.armature).collect()
+    }
+
+    /// The bodies between one and the ground, from the nearest on.
+    pub fn before(&self, body: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(self.bodies[body].parent, |&p| self.bodies[p].parent)
     }
 }

@@ -137,7 +137,8 @@ impl<'a> Ladder<'a> {
     }
 
     fn notes(&self, verdict: Verdict) -> Vec<String> {
-        let (model, mut notes) = (self.problem.model, vec![]);
+        let model = self.problem.model;
+        let mut notes = model.assumptions.clone();
         if verdict == Verdict::Unexplained {
             notes.push(
                 "No effect of the catalogue explains what is left; the location tells in which channel."

@@ -360,6 +360,7 @@ impl Builder {
             measurements: vec![],
             time_column: self.time_column,
             hold: self.hold,
+            assumptions: vec![],
             dynamics,
             source: None,
         };

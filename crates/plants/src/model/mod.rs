@@ -59,6 +59,8 @@ pub struct Model {
     pub time_column: String,
     /// What the inputs do between samples.
     pub hold: Hold,
+    /// What was assumed where the file does not say enough, in sentences.
+    pub assumptions: Vec<String>,
     dynamics: Arc<dyn Dynamics>,
     /// What it was read from, if it was.
     source: Option<Arc<Source>>,

@@ -305,6 +305,7 @@ impl Reader<'_> {
             measurements,
             time_column: raw.recordings.time,
             hold: raw.recordings.input_hold,
+            assumptions: vec![],
             dynamics: Arc::new(Equations::compile(&nodes, names.sizes)),
             source: Some(Arc::new(Source {
                 file: self.file.to_owned(),

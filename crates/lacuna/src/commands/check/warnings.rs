@@ -21,7 +21,7 @@ const SAME_INPUT: f64 = 0.98;
 
 /// All warnings, the gravest first.
 pub fn warnings(model: &Model, report: &Report) -> Vec<String> {
-    let mut out = Vec::new();
+    let mut out = model.assumptions.clone();
     force_units(model, &mut out);
     units(report, &mut out);
     sampling(report, &mut out);

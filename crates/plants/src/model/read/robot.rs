@@ -86,6 +86,7 @@ impl Reader<'_> {
             measurements: vec![],
             time_column: raw.recordings.time.clone(),
             hold: raw.recordings.input_hold,
+            assumptions: vec![],
             dynamics: Arc::new(dynamics),
             source: Some(Arc::new(Source {
                 file: self.file.to_owned(),
@@ -94,6 +95,7 @@ impl Reader<'_> {
             })),
         };
         self.override_parameters(raw, &mut model)?;
+        assume_rotors(&mut model, &tree);
         self.override_inputs(&raw.input, &mut model)?;
         for m in &raw.measurement {
             let measurement = self.measured_of_robot(m, &model)?;
@@ -302,7 +304,8 @@ impl Reader<'_> {
         if !model.is_singular_at_rest() {
             return Ok(());
         }
-        let Some(body) = tree.weightless() else {
+        let moved = tree.moved().into_iter().position(|moved| moved.is_nan() || moved <= 0.0);
+        let Some(body) = moved.map(|i| &tree.bodies[i]) else {
             let message = "the mass matrix is singular where all joints are at 0".to_owned();
             return Err(self.error(table.span(), message));
         };
@@ -313,6 +316,30 @@ impl Reader<'_> {
              [parameters], or hold it still, locked = [\"{joint}\"] in [robot]"
         );
         Err(self.error(table.span(), message))
+    }
+}
+
+/// Files round small inertia to 0. Where a link has mass, but none of its inertia is about its joint, that of
+/// a rotor stands for it: as large as what the joint before it moves, and as unsure, for the motors of a robot
+/// are chosen to match what they move.
+fn assume_rotors(model: &mut Model, tree: &Tree) {
+    let moved = tree.moved();
+    for (i, body) in tree.bodies.iter().enumerate() {
+        let kind = body.joint.kind;
+        let alike = |&p: &usize| tree.bodies[p].joint.kind == kind && moved[p] > 0.0;
+        let before = tree.before(i).find(alike);
+        let (0.0, true, Some(before)) = (moved[i], body.inertia.mass > 0.0, before) else {
+            continue;
+        };
+        let name = format!("{}.armature", body.joint.name);
+        let mut rotors = model.parameters.iter_mut();
+        let Some(rotor) = rotors.find(|p| p.name == name && p.value == 0.0) else { continue };
+        (rotor.value, rotor.uncertainty) = (moved[before], Uncertainty::Absolute(moved[before]));
+        model.assumptions.push(format!(
+            "By its file link '{}' has no inertia about joint '{}': {name} is estimated instead, beginning with \
+             what joint '{}' moves, {:.2e} {} and as unsure as that.",
+            body.name, body.joint.name, tree.bodies[before].joint.name, moved[before], rotor.unit
+        ));
     }
 }
 
