@@ -23,6 +23,7 @@
 mod algebra;
 mod dynamics;
 mod inertia;
+mod size;
 mod tree;
 pub mod urdf;
 

@@ -4,7 +4,7 @@ use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of, term_of,
 use crate::candidates::{Candidate, Term};
 use crate::decision::Decision;
 use crate::likelihood::evidence::common_temperature;
-use crate::likelihood::{Fit, FitError, STILL};
+use crate::likelihood::{Fit, FitError, Hypothesis, STILL};
 use crate::screen::{Scored, Screen};
 use lacuna_effects::{Law, Variable};
 use lacuna_plants::model::ModelEffect;
@@ -179,7 +179,7 @@ impl<'p> Search<'p> {
         let begun = shortlist.par_iter().map(|s| {
             let Term { candidate, shape } = &s.term;
             let effect = effect_of(candidate, &s.amplitudes, shape);
-            let h = self.with(&base.hypothesis, effect);
+            let h = self.with(&beside(s, &base.hypothesis), effect);
             (*candidate, chain::begin(&short, h))
         });
         let mut tried = self.told(begun.collect());
@@ -334,10 +334,24 @@ pub(super) fn settles(decision: &Decision, before: &Fit, after: &Fit, share: f64
     drop > decision.relevant && (left < decision.noise - 1.0 || drop > share * excess)
 }
 
-/// Whether an effect is a force on a channel.
+/// Where a fit of a further effect begins. What changes a robot's structure does what wrong parameters of
+/// its links do: as far as they could they have taken its place, and stand back as the screening says.
+fn beside(s: &Scored, base: &Hypothesis) -> Hypothesis {
+    let mut h = base.clone();
+    if let Law::Structure(_) = s.term.candidate.effect.law {
+        h.set(&s.theta);
+    }
+    h
+}
+
+/// Whether an effect is a force on a channel. What changes a robot's structure changes the forces on all
+/// of its joints.
 fn acts_on(e: &ModelEffect, channel: usize) -> bool {
-    let Law::Force(law) = e.effect.law else { return false };
-    e.channel == channel || (law.reacts() && e.other == Some(channel))
+    match e.effect.law {
+        Law::Force(law) => e.channel == channel || (law.reacts() && e.other == Some(channel)),
+        Law::Structure(_) => true,
+        Law::Input(_) | Law::Sensor(_) => false,
+    }
 }
 
 /// Whether an unknown function covers all that a candidate could say: a law of the same single

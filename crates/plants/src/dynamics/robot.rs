@@ -5,9 +5,11 @@
 //! ```
 //!
 //! with M and h of [`lacuna_rigid`], and what the file states of each joint: damping d, friction f, rotor inertia
-//! J. Parameters are, body by body, the ten of its inertia and these three.
+//! J. Parameters are, body by body, the ten of its inertia and these three; behind them may stand what
+//! the model leaves out of its structure ([`Dynamics::tree`]).
 
 use super::{Bound, BoundDynamics, Dynamics, Point, Room, Sizes};
+use lacuna_effects::law::BODY;
 use lacuna_numbers::{Dual, Number};
 use lacuna_rigid::{Inertia, InertialParameters, Tree};
 use std::sync::Arc;
@@ -69,18 +71,21 @@ impl RobotDynamics {
     }
 
     fn bound<T: Number>(&self, parameters: &[T]) -> Bound<T> {
+        let (parameters, structure) = parameters.split_at(self.sizes().parameters);
         let bodies = parameters.chunks_exact(PARTS.len());
         let inertia = self.tree.bodies.iter().zip(bodies.clone()).map(|(body, p)| {
             let (centre, inertia) = ([p[1], p[2], p[3]], [p[4], p[5], p[6], p[7], p[8], p[9]]);
             body.in_joint_frame(&InertialParameters { mass: p[0], centre, inertia })
         });
         let joints = bodies.map(|p| [p[10], p[11], p[12]]);
-        Arc::new(BoundRobot {
+        let mut bound = BoundRobot {
             tree: self.tree.clone(),
             inertia: inertia.collect(),
             joints: joints.collect(),
             gravity: self.gravity.map(T::constant),
-        })
+        };
+        bound.change(structure);
+        Arc::new(bound)
     }
 }
 
@@ -88,6 +93,10 @@ impl Dynamics for RobotDynamics {
     fn sizes(&self) -> Sizes {
         let n = self.tree.bodies.len();
         Sizes { parameters: PARTS.len() * n, coordinates: n, states: 0, inputs: n }
+    }
+
+    fn tree(&self) -> Option<&Tree> {
+        Some(&self.tree)
     }
 
     fn bind(&self, parameters: &[f64]) -> Bound {
@@ -106,6 +115,32 @@ struct BoundRobot<T> {
     /// Damping, friction, rotor inertia.
     joints: Vec<[T; 3]>,
     gravity: [T; 3],
+}
+
+impl<T: Number> BoundRobot<T> {
+    /// Add what stands behind the parameters, if anything does.
+    fn change(&mut self, structure: &[T]) {
+        let (bodies, base) = structure.split_at(structure.len().min(BODY * self.inertia.len()));
+        for ((inertia, body), added) in
+            self.inertia.iter_mut().zip(&self.tree.bodies).zip(bodies.chunks_exact(BODY))
+        {
+            let [xx, xy, xz, yy, yz, zz] = std::array::from_fn(|k| added[4 + k]);
+            let about_origin = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+            let moment = [added[1], added[2], added[3]];
+            let added = Inertia { mass: added[0], moment, about_origin };
+            *inertia = inertia.plus(&body.along_joint(&added));
+        }
+        if let [roll, pitch] = *base {
+            self.gravity = as_seen_from(self.gravity, roll, pitch);
+        }
+    }
+}
+
+/// A vector as it is seen from a frame that is turned by roll about x, and then by pitch about y.
+fn as_seen_from<T: Number>([x, y, z]: [T; 3], roll: T, pitch: T) -> [T; 3] {
+    let ((s, c), (sr, cr)) = (pitch.sin_cos(), roll.sin_cos());
+    let (x, z) = (c * x - s * z, s * x + c * z);
+    [x, cr * y + sr * z, cr * z - sr * y]
 }
 
 impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
