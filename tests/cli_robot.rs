@@ -1,5 +1,5 @@
-//! A robot from its own file, through the commands: friction that its URDF leaves out is named, and
-//! written where the next command reads it.
+//! A robot from its own file, through the commands: friction that its URDF leaves out, what it carries and how
+//! it stands are named, and written where the next command reads them.
 
 use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna::plants::{Model, SampledInput, System, rk4};
@@ -20,16 +20,21 @@ const ARM: &str = r#"<robot name="arm">
     <origin xyz="0 0 -0.3"/><axis xyz="0 1 0"/><dynamics damping="0.3"/></joint>
 </robot>
 "#;
-const FRICTION: &str = "name = \"truth\"\n[robot]\nfile = \"arm.urdf\"\n[[effect]]\nclass = \"coulomb_friction\"\n\
-    channel = \"elbow\"\nmagnitude = 0.35\nsmoothing_velocity = 0.01\n";
+const FRICTION: &str = "class = \"coulomb_friction\"\nchannel = \"elbow\"\nmagnitude = 0.35\nsmoothing_velocity = 0.01\n";
+const PAYLOAD: &str = "class = \"payload\"\nchannel = \"lower\"\nmass = 0.3\ncom_x = 0.04\ncom_y = 0.0\n\
+    com_z = -0.15\ngyration_radius = 0.02\n";
+const TILT: &str = "class = \"base_tilt\"\nchannel = \"base\"\npitch = 0.06\n";
 
 struct Bench(tempfile::TempDir);
 
 impl Bench {
-    fn new() -> Self {
+    /// The arm with an effect, if there is any.
+    fn new(effect: &str) -> Self {
         let bench = Self(tempfile::tempdir().expect("a folder"));
         std::fs::write(bench.path("arm.urdf"), ARM).expect("a file");
-        std::fs::write(bench.path("truth.toml"), FRICTION).expect("a file");
+        let effect = if effect.is_empty() { "" } else { &format!("[[effect]]\n{effect}") };
+        let truth = format!("name = \"truth\"\n[robot]\nfile = \"arm.urdf\"\n{effect}");
+        std::fs::write(bench.path("truth.toml"), truth).expect("a file");
         bench
     }
 
@@ -74,6 +79,25 @@ impl Bench {
         command.args(arguments).current_dir(self.0.path()).output().expect("it runs")
     }
 
+    /// What `diagnose` writes of three recordings, with a fourth held out.
+    fn diagnosed(&self) -> Value {
+        let runs: Vec<String> = (0..4).map(|run| self.record(run)).collect();
+        let mut arguments = vec!["diagnose", "arm.urdf"];
+        arguments.extend(runs[..3].iter().map(String::as_str));
+        arguments.extend(["--held-out", &runs[3], "--out", "found"]);
+        self.says(&arguments);
+        let text = std::fs::read_to_string(self.path("found/diagnosis.json"));
+        serde_json::from_str(&text.expect("it is written")).expect("JSON")
+    }
+
+    /// Error of a model on the held-out recording, rad.
+    fn error(&self, model: &str, joint: &str) -> f64 {
+        let said =
+            self.says(&["simulate", model, "--like", "run3.csv", "--horizon", "1", "--json"]);
+        let said: Value = serde_json::from_str(&said).expect("JSON");
+        said["channels"][joint]["rmse"].as_f64().expect("a number")
+    }
+
     fn says(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -81,44 +105,89 @@ impl Bench {
     }
 }
 
+/// The one finding of a diagnosis.
+fn finding(diagnosis: &Value) -> &Value {
+    assert_eq!(diagnosis["verdict"], "missing_physics", "{diagnosis}");
+    match diagnosis["findings"].as_array().expect("a list").as_slice() {
+        [only] => only,
+        all => panic!("{all:?}"),
+    }
+}
+
+/// A parameter: value, standard deviation.
+fn parameter(finding: &Value, name: &str) -> (f64, f64) {
+    let number = |key: &str| finding["parameters"][name][key].as_f64().expect("a number");
+    (number("value"), number("std"))
+}
+
 #[test]
 fn friction_that_a_urdf_leaves_out_is_named() {
-    let bench = Bench::new();
-    let runs: Vec<String> = (0..4).map(|run| bench.record(run)).collect();
-    let checked = bench.says(&["check", "arm.urdf", &runs[0]]);
+    let bench = Bench::new(FRICTION);
+    let run = bench.record(0);
+    let checked = bench.says(&["check", "arm.urdf", &run]);
     assert!(checked.contains("shoulder_torque") && checked.contains("N m"), "{checked}");
 
-    let mut arguments = vec!["diagnose", "arm.urdf"];
-    arguments.extend(runs[..3].iter().map(String::as_str));
-    arguments.extend(["--held-out", &runs[3], "--out", "found"]);
-    bench.says(&arguments);
-    let text = std::fs::read_to_string(bench.path("found/diagnosis.json")).expect("it is written");
-    let diagnosis: Value = serde_json::from_str(&text).expect("JSON");
-    assert_eq!(diagnosis["verdict"], "missing_physics", "{diagnosis}");
-    let findings = diagnosis["findings"].as_array().expect("a list");
-    let named: Vec<_> = findings.iter().map(|f| (&f["class"], &f["channel"])).collect();
-    assert_eq!(named.len(), 1, "{named:?}");
-    assert_eq!(named[0].1, "elbow");
+    let diagnosis = bench.diagnosed();
+    let found = finding(&diagnosis);
+    assert_eq!(found["channel"], "elbow");
     // A law of dry friction: that which also knows of position or of standing still holds it as a case.
     let dry = ["coulomb_friction", "position_friction", "stribeck_friction"];
-    assert!(dry.iter().any(|class| named[0].0 == class), "{named:?}");
-    let size = &findings[0]["parameters"]["magnitude"];
-    assert_eq!(size["unit"], "N m");
-    assert!((size["value"].as_f64().expect("a number") - 0.35).abs() < 0.03, "{size}");
+    assert!(dry.iter().any(|class| found["class"] == *class), "{found}");
+    assert_eq!(found["parameters"]["magnitude"]["unit"], "N m");
+    assert!((parameter(found, "magnitude").0 - 0.35).abs() < 0.03, "{found}");
 
     // The model that was written is read from its own folder, and predicts.
-    let error = |model: &str| {
-        let said = bench.says(&["simulate", model, "--like", &runs[3], "--horizon", "1", "--json"]);
-        let said: Value = serde_json::from_str(&said).expect("JSON");
-        said["channels"]["elbow"]["rmse"].as_f64().expect("a number")
-    };
-    let (before, after) = (error("arm.urdf"), error("found/augmented.toml"));
+    let (before, after) =
+        (bench.error("arm.urdf", "elbow"), bench.error("found/augmented.toml", "elbow"));
     assert!(after < 6e-4 && before > 5.0 * after, "{before} {after}");
 }
 
 #[test]
+fn a_payload_is_named_on_its_link() {
+    let bench = Bench::new(PAYLOAD);
+    let diagnosis = bench.diagnosed();
+    let found = finding(&diagnosis);
+    assert_eq!((&found["class"], &found["channel"]), (&"payload".into(), &"lower".into()));
+    for (name, truth) in [("mass", 0.3), ("com_x", 0.04), ("com_z", -0.15)] {
+        let (value, std) = parameter(found, name);
+        assert!((value - truth).abs() < 3.0 * std && std < 0.2 * value.abs(), "{name}: {found}");
+    }
+    // Along the axes of both joints it could be anywhere.
+    assert!(parameter(found, "com_y").1 > 0.05, "{found}");
+    assert_eq!(found["parameters"]["mass"]["unit"], "kg");
+    let says = found["says"].as_str().expect("a sentence");
+    assert!(says.starts_with("A payload on link lower is missing from arm: mass 0."), "{says}");
+    let (before, after) =
+        (bench.error("arm.urdf", "elbow"), bench.error("found/augmented.toml", "elbow"));
+    assert!(after < 6e-4 && before > 5.0 * after, "{before} {after}");
+}
+
+#[test]
+fn a_base_that_is_not_level_is_named() {
+    let bench = Bench::new(TILT);
+    let diagnosis = bench.diagnosed();
+    let found = finding(&diagnosis);
+    assert_eq!((&found["class"], &found["channel"]), (&"base_tilt".into(), &"base".into()));
+    let (pitch, std) = parameter(found, "pitch");
+    assert!((pitch - 0.06).abs() < 3.0 * std && std < 0.005, "{found}");
+    // Both joints turn about the y axis: they do not feel what is across.
+    assert!(parameter(found, "roll").1 > 0.02, "{found}");
+    let says = found["says"].as_str().expect("a sentence");
+    assert!(says.starts_with("A tilt of the base is missing from arm"), "{says}");
+    let (before, after) =
+        (bench.error("arm.urdf", "elbow"), bench.error("found/augmented.toml", "elbow"));
+    assert!(after < 6e-4 && before > 2.0 * after, "{before} {after}");
+}
+
+#[test]
+fn a_robot_that_is_as_its_file_says_carries_nothing() {
+    let diagnosis = Bench::new("").diagnosed();
+    assert_eq!(diagnosis["verdict"], "no_mismatch", "{diagnosis}");
+}
+
+#[test]
 fn a_robot_that_cannot_be_read_is_told_with_its_line() {
-    let bench = Bench::new();
+    let bench = Bench::new("");
     std::fs::write(bench.path("bad.urdf"), ARM.replace("value=\"0.8\"", "value=\"-0.8\"")).unwrap();
     let run = bench.record(0);
     let output = bench.run(&["diagnose", "bad.urdf", &run]);

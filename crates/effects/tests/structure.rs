@@ -29,7 +29,7 @@ fn a_payload_is_a_body_of_points() {
     let (mass, centre, radius) = (1.3, [0.2, -0.1, 0.05], 0.04);
     let around = |k: usize| {
         let mut place = centre;
-        place[k / 2] += (1.5f64).sqrt() * radius * if k % 2 == 0 { 1.0 } else { -1.0 };
+        place[k / 2] += (1.5f64).sqrt() * radius * if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         (mass / 6.0, place)
     };
     let six: Vec<_> = (0..6).map(around).collect();

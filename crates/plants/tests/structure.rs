@@ -194,3 +194,15 @@ fn mistakes_are_told() {
         Model::from_text(&format!("{plain}{}", payload("x")), "p.toml").expect_err("no robot");
     assert!(said.to_string().contains("[robot]"), "{said}");
 }
+
+/// What a link carries is borne by the joints that carry the link.
+#[test]
+fn joints_bear_what_stands_on_them() {
+    let folder = Folder::new();
+    let model = folder.model(None, &payload("upper")).expect("a model");
+    let e = &model.effects[0];
+    assert_eq!(model.effect_channel_name(e.effect, e.channel), "upper");
+    assert_eq!(model.joints_under(e.effect.acts, e.channel), [0, 1]);
+    let tilted = folder.model(None, &tilt(0.1, 0.1)).expect("a model");
+    assert_eq!(tilted.joints_under(tilted.effects[0].effect.acts, 0), [0, 1, 2]);
+}

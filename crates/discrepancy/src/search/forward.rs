@@ -7,6 +7,7 @@ use crate::likelihood::evidence::common_temperature;
 use crate::likelihood::{Fit, FitError, Hypothesis, STILL};
 use crate::screen::{Scored, Screen};
 use lacuna_effects::{Law, Variable};
+use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
 
@@ -127,7 +128,8 @@ impl<'p> Search<'p> {
         };
         let lead = |channel: usize| {
             let remainder = screen.remainder(channel)?;
-            let acts = base.hypothesis.supposed().iter().any(|e| acts_on(e, channel));
+            let model = self.problem.model;
+            let acts = base.hypothesis.supposed().iter().any(|e| acts_on(model, e, channel));
             let (promised, fitted) = (promised - remainder, fitted.max(promised) - remainder);
             Some(Lead { acts, promised, fitted })
         };
@@ -344,12 +346,11 @@ fn beside(s: &Scored, base: &Hypothesis) -> Hypothesis {
     h
 }
 
-/// Whether an effect is a force on a channel. What changes a robot's structure changes the forces on all
-/// of its joints.
-fn acts_on(e: &ModelEffect, channel: usize) -> bool {
+/// Whether an effect is a force on a channel.
+fn acts_on(model: &Model, e: &ModelEffect, channel: usize) -> bool {
     match e.effect.law {
         Law::Force(law) => e.channel == channel || (law.reacts() && e.other == Some(channel)),
-        Law::Structure(_) => true,
+        Law::Structure(_) => model.joints_under(e.effect.acts, e.channel).contains(&channel),
         Law::Input(_) | Law::Sensor(_) => false,
     }
 }

@@ -75,6 +75,20 @@ impl Model {
         self.dynamics.sizes().parameters + BODY * bodies + TILT
     }
 
+    /// Coordinates whose forces an effect on structure changes along a given motion: the joints between a link
+    /// and the ground, or all that stand on the base.
+    #[must_use]
+    pub fn joints_under(&self, acts: Acts, channel: usize) -> Vec<usize> {
+        let Some(tree) = self.dynamics.tree() else { return vec![] };
+        if acts == Acts::Base {
+            return (0..tree.bodies.len()).collect();
+        }
+        let below = |&body: &usize| tree.bodies[body].parent;
+        let mut joints: Vec<usize> = std::iter::successors(Some(channel), below).collect();
+        joints.sort_unstable();
+        joints
+    }
+
     /// Names of what an effect on structure can act on: the links that move, the base; nothing where the
     /// model is no robot's.
     #[must_use]
