@@ -62,7 +62,8 @@ impl<'p> Search<'p> {
             // What cannot settle what is left need not be fitted.
             let excess = base.count as f64 * (1.0 - 1.0 / base.inflation());
             let hope = decision.share * 0.5 * excess;
-            shortlist.retain(|s| base.reduced() < decision.explained || s.gain > hope);
+            let settled = base.reduced() < decision.explained;
+            shortlist.retain(|s| settled || s.gain > hope || is_undervalued(s));
         }
         let mut tried = self.fit_all(base, &shortlist);
         self.add_variants(&mut tried);
@@ -159,10 +160,16 @@ impl<'p> Search<'p> {
         let near = base.reduced() < decision.explained;
         let promising = if near { 0.5 * decision.prior_odds } else { decision.tie };
         let hopeless = ((1.0 - decision.screening_error) * top).min(top - decision.prior_odds);
-        let mut rank = 0;
+        let (mut rank, mut structures) = (0, vec![]);
         shortlist.retain(|s| {
             rank += 1;
-            rank <= decision.shortlist && s.gain > promising && (rank <= 3 || s.gain > hopeless)
+            let class = s.term.candidate.effect.class;
+            let first = is_undervalued(s) && !structures.contains(&class);
+            if first {
+                structures.push(class);
+            }
+            let hopes = rank <= decision.shortlist && (rank <= 3 || s.gain > hopeless);
+            s.gain > promising && (hopes || first)
         });
         let mut curves = screen.curves();
         // What may not be named is missing all the same.
@@ -334,6 +341,13 @@ pub(super) fn settles(decision: &Decision, before: &Fit, after: &Fit, share: f64
     let (excess, left) = (before.excess().max(0.0), after.excess());
     let drop = before.excess() - left;
     drop > decision.relevant && (left < decision.noise - 1.0 || drop > share * excess)
+}
+
+/// Whether a term may be worth far more than the screening says. There parameters move freely, and those of
+/// links do beyond their bounds what a change of structure does: of each class the best is fitted whatever
+/// promises more.
+fn is_undervalued(s: &Scored) -> bool {
+    matches!(s.term.candidate.effect.law, Law::Structure(_))
 }
 
 /// Where a fit of a further effect begins. What changes a robot's structure does what wrong parameters of
