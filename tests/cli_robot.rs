@@ -1,5 +1,6 @@
-//! A robot from its own file, through the commands: friction that its URDF leaves out is named, and
-//! written where the next command reads it. An MJCF of the same robot is the same model.
+//! A robot from its own file, through the commands: friction that its URDF leaves out, what it carries and how
+//! it stands are named, and written where the next command reads them. An MJCF of the same robot is the
+//! same model.
 
 use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna::plants::{Model, SampledInput, System, rk4};
@@ -36,17 +37,22 @@ const MJCF: &str = r#"<mujoco model="arm">
   <actuator><motor joint="shoulder" gear="50"/><motor joint="elbow" gear="50"/></actuator>
 </mujoco>
 "#;
-const FRICTION: &str = "name = \"truth\"\n[robot]\nfile = \"arm.urdf\"\n[[effect]]\nclass = \"coulomb_friction\"\n\
-    channel = \"elbow\"\nmagnitude = 0.35\nsmoothing_velocity = 0.01\n";
+const FRICTION: &str = "class = \"coulomb_friction\"\nchannel = \"elbow\"\nmagnitude = 0.35\nsmoothing_velocity = 0.01\n";
+const PAYLOAD: &str = "class = \"payload\"\nchannel = \"lower\"\nmass = 0.3\ncom_x = 0.04\ncom_y = 0.0\n\
+    com_z = -0.15\ngyration_radius = 0.02\n";
+const TILT: &str = "class = \"base_tilt\"\nchannel = \"base\"\npitch = 0.06\n";
 
 struct Bench(tempfile::TempDir);
 
 impl Bench {
-    fn new() -> Self {
+    /// The arm with an effect, if there is any.
+    fn new(effect: &str) -> Self {
         let bench = Self(tempfile::tempdir().expect("a folder"));
         std::fs::write(bench.path("arm.urdf"), ARM).expect("a file");
         std::fs::write(bench.path("arm.xml"), MJCF).expect("a file");
-        std::fs::write(bench.path("truth.toml"), FRICTION).expect("a file");
+        let effect = if effect.is_empty() { "" } else { &format!("[[effect]]\n{effect}") };
+        let truth = format!("name = \"truth\"\n[robot]\nfile = \"arm.urdf\"\n{effect}");
+        std::fs::write(bench.path("truth.toml"), truth).expect("a file");
         bench
     }
 
@@ -91,11 +97,26 @@ impl Bench {
         command.args(arguments).current_dir(self.0.path()).output().expect("it runs")
     }
 
-    /// Error at the elbow of a model that runs on a recording.
-    fn error(&self, model: &str, run: &str) -> f64 {
+    /// What `diagnose` writes of three recordings, with a fourth held out.
+    fn diagnosed(&self) -> Value {
+        let runs: Vec<String> = (0..4).map(|run| self.record(run)).collect();
+        let mut arguments = vec!["diagnose", "arm.urdf"];
+        arguments.extend(runs[..3].iter().map(String::as_str));
+        arguments.extend(["--held-out", &runs[3], "--out", "found"]);
+        self.says(&arguments);
+        let text = std::fs::read_to_string(self.path("found/diagnosis.json"));
+        serde_json::from_str(&text.expect("it is written")).expect("JSON")
+    }
+
+    /// Error of a model on the held-out recording, rad.
+    fn error(&self, model: &str, joint: &str) -> f64 {
+        self.error_on("run3.csv", model, joint)
+    }
+
+    fn error_on(&self, run: &str, model: &str, joint: &str) -> f64 {
         let said = self.says(&["simulate", model, "--like", run, "--horizon", "1", "--json"]);
         let said: Value = serde_json::from_str(&said).expect("JSON");
-        said["channels"]["elbow"]["rmse"].as_f64().expect("a number")
+        said["channels"][joint]["rmse"].as_f64().expect("a number")
     }
 
     fn says(&self, arguments: &[&str]) -> String {
@@ -105,50 +126,100 @@ impl Bench {
     }
 }
 
+/// The one finding of a diagnosis.
+fn finding(diagnosis: &Value) -> &Value {
+    assert_eq!(diagnosis["verdict"], "missing_physics", "{diagnosis}");
+    match diagnosis["findings"].as_array().expect("a list").as_slice() {
+        [only] => only,
+        all => panic!("{all:?}"),
+    }
+}
+
+/// A parameter: value, standard deviation.
+fn parameter(finding: &Value, name: &str) -> (f64, f64) {
+    let number = |key: &str| finding["parameters"][name][key].as_f64().expect("a number");
+    (number("value"), number("std"))
+}
+
 #[test]
 fn friction_that_a_urdf_leaves_out_is_named() {
-    let bench = Bench::new();
-    let runs: Vec<String> = (0..4).map(|run| bench.record(run)).collect();
-    let checked = bench.says(&["check", "arm.urdf", &runs[0]]);
+    let bench = Bench::new(FRICTION);
+    let run = bench.record(0);
+    let checked = bench.says(&["check", "arm.urdf", &run]);
     assert!(checked.contains("shoulder_torque") && checked.contains("N m"), "{checked}");
 
-    let mut arguments = vec!["diagnose", "arm.urdf"];
-    arguments.extend(runs[..3].iter().map(String::as_str));
-    arguments.extend(["--held-out", &runs[3], "--out", "found"]);
-    bench.says(&arguments);
-    let text = std::fs::read_to_string(bench.path("found/diagnosis.json")).expect("it is written");
-    let diagnosis: Value = serde_json::from_str(&text).expect("JSON");
-    assert_eq!(diagnosis["verdict"], "missing_physics", "{diagnosis}");
-    let findings = diagnosis["findings"].as_array().expect("a list");
-    let named: Vec<_> = findings.iter().map(|f| (&f["class"], &f["channel"])).collect();
-    assert_eq!(named.len(), 1, "{named:?}");
-    assert_eq!(named[0].1, "elbow");
+    let diagnosis = bench.diagnosed();
+    let found = finding(&diagnosis);
+    assert_eq!(found["channel"], "elbow");
     // A law of dry friction: that which also knows of position or of standing still holds it as a case.
     let dry = ["coulomb_friction", "position_friction", "stribeck_friction"];
-    assert!(dry.iter().any(|class| named[0].0 == class), "{named:?}");
-    let size = &findings[0]["parameters"]["magnitude"];
-    assert_eq!(size["unit"], "N m");
-    assert!((size["value"].as_f64().expect("a number") - 0.35).abs() < 0.03, "{size}");
+    assert!(dry.iter().any(|class| found["class"] == *class), "{found}");
+    assert_eq!(found["parameters"]["magnitude"]["unit"], "N m");
+    assert!((parameter(found, "magnitude").0 - 0.35).abs() < 0.03, "{found}");
 
     // The model that was written is read from its own folder, and predicts.
     let (before, after) =
-        (bench.error("arm.urdf", &runs[3]), bench.error("found/augmented.toml", &runs[3]));
+        (bench.error("arm.urdf", "elbow"), bench.error("found/augmented.toml", "elbow"));
     assert!(after < 6e-4 && before > 5.0 * after, "{before} {after}");
 }
 
 #[test]
 fn an_mjcf_is_the_model_that_its_urdf_is() {
-    let bench = Bench::new();
+    let bench = Bench::new(FRICTION);
     let run = bench.record(0);
     let checked = bench.says(&["check", "arm.xml", &run]);
     assert!(checked.contains("shoulder_torque") && checked.contains("N m"), "{checked}");
-    let (urdf, mjcf) = (bench.error("arm.urdf", &run), bench.error("arm.xml", &run));
+    let error = |model: &str| bench.error_on(&run, model, "elbow");
+    let (urdf, mjcf) = (error("arm.urdf"), error("arm.xml"));
     assert!((urdf - mjcf).abs() < 1e-9 * urdf && urdf > 1e-3, "{urdf} {mjcf}");
 }
 
 #[test]
+fn a_payload_is_named_on_its_link() {
+    let bench = Bench::new(PAYLOAD);
+    let diagnosis = bench.diagnosed();
+    let found = finding(&diagnosis);
+    assert_eq!((&found["class"], &found["channel"]), (&"payload".into(), &"lower".into()));
+    for (name, truth) in [("mass", 0.3), ("com_x", 0.04), ("com_z", -0.15)] {
+        let (value, std) = parameter(found, name);
+        assert!((value - truth).abs() < 3.0 * std && std < 0.2 * value.abs(), "{name}: {found}");
+    }
+    // Along the axes of both joints it could be anywhere.
+    assert!(parameter(found, "com_y").1 > 0.05, "{found}");
+    assert_eq!(found["parameters"]["mass"]["unit"], "kg");
+    let says = found["says"].as_str().expect("a sentence");
+    assert!(says.starts_with("A payload on link lower is missing from arm: mass 0."), "{says}");
+    let (before, after) =
+        (bench.error("arm.urdf", "elbow"), bench.error("found/augmented.toml", "elbow"));
+    assert!(after < 6e-4 && before > 5.0 * after, "{before} {after}");
+}
+
+#[test]
+fn a_base_that_is_not_level_is_named() {
+    let bench = Bench::new(TILT);
+    let diagnosis = bench.diagnosed();
+    let found = finding(&diagnosis);
+    assert_eq!((&found["class"], &found["channel"]), (&"base_tilt".into(), &"base".into()));
+    let (pitch, std) = parameter(found, "pitch");
+    assert!((pitch - 0.06).abs() < 3.0 * std && std < 0.005, "{found}");
+    // Both joints turn about the y axis: they do not feel what is across.
+    assert!(parameter(found, "roll").1 > 0.02, "{found}");
+    let says = found["says"].as_str().expect("a sentence");
+    assert!(says.starts_with("A tilt of the base is missing from arm"), "{says}");
+    let (before, after) =
+        (bench.error("arm.urdf", "elbow"), bench.error("found/augmented.toml", "elbow"));
+    assert!(after < 6e-4 && before > 2.0 * after, "{before} {after}");
+}
+
+#[test]
+fn a_robot_that_is_as_its_file_says_carries_nothing() {
+    let diagnosis = Bench::new("").diagnosed();
+    assert_eq!(diagnosis["verdict"], "no_mismatch", "{diagnosis}");
+}
+
+#[test]
 fn a_robot_that_cannot_be_read_is_told_with_its_line() {
-    let bench = Bench::new();
+    let bench = Bench::new("");
     std::fs::write(bench.path("bad.urdf"), ARM.replace("value=\"0.8\"", "value=\"-0.8\"")).unwrap();
     let run = bench.record(0);
     let output = bench.run(&["diagnose", "bad.urdf", &run]);

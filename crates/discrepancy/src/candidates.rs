@@ -8,7 +8,7 @@ use lacuna_plants::Model;
 pub struct Candidate {
     /// The catalogue's entry.
     pub effect: &'static Effect,
-    /// Force channel or input.
+    /// Force channel, input, state of the machine or link, whichever law it has.
     pub channel: usize,
     /// The other force channel of a coupling, or the input that a force law names.
     pub other: Option<usize>,
@@ -26,7 +26,7 @@ impl PartialEq for Candidate {
 pub struct Term {
     /// What acts where.
     pub candidate: Candidate,
-    /// Shape of a force law; all parameters of an input law.
+    /// Shape of a force law or one of structure; all parameters of an input law.
     pub shape: Vec<f64>,
 }
 
@@ -57,6 +57,10 @@ pub fn candidates(model: &Model, sensors: &[usize]) -> Vec<Candidate> {
                 channel,
                 other: None,
             })),
+            Law::Structure(_) => {
+                let all = 0..model.structures(effect).len();
+                out.extend(all.map(|channel| Candidate { effect, channel, other: None }));
+            }
         }
     }
     let present = |c: &Candidate| {

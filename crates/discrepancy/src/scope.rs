@@ -2,7 +2,7 @@
 
 use crate::DiagnoseError;
 use crate::candidates::Candidate;
-use lacuna_effects::{CATALOGUE, curve};
+use lacuna_effects::{CATALOGUE, Law, curve};
 use lacuna_plants::Model;
 use std::fmt;
 use std::str::FromStr;
@@ -68,7 +68,12 @@ impl Selector {
         classes.dedup();
         known("effect class", &self.class, &classes)?;
         let states = (0..model.machine_states()).map(|i| model.state_name(i));
-        let channels: Vec<&str> = states.chain(model.inputs.iter().map(|i| &*i.name)).collect();
+        let structures = CATALOGUE.iter().flat_map(|effect| match effect.law {
+            Law::Structure(_) => model.structures(effect),
+            _ => vec![],
+        });
+        let inputs = model.inputs.iter().map(|i| &*i.name);
+        let channels: Vec<&str> = states.chain(inputs).chain(structures).collect();
         self.channel.as_ref().map_or(Ok(()), |channel| known("channel", channel, &channels))
     }
 }

@@ -20,7 +20,7 @@ pub struct Effect {
     /// The law itself.
     pub law: Law,
     /// Priors of the parameters on a channel of these magnitudes: of a force law of the internal
-    /// ones, amplitudes, then shape.
+    /// and of one of structure the internal ones, amplitudes, then shape.
     pub priors: fn(&Scales) -> Vec<Prior>,
     /// Shapes (of an input law parameters) spread so that one of them is near enough to any
     /// other to begin from; one empty shape where the law has none ([`one_shape`]), and no shape
@@ -128,7 +128,26 @@ pub enum Acts {
     Inputs,
     /// Measured channels.
     Sensors,
+    /// Links of a robot that move.
+    Links,
+    /// What a robot stands on.
+    Base,
 }
+
+impl Acts {
+    /// Where it acts, in a sentence, on a channel of this name: `on elbow`, `on link forearm`.
+    #[must_use]
+    pub fn at(self, channel: &str) -> String {
+        match self {
+            Self::Links => format!("on link {channel}"),
+            Self::Base => format!("of the {channel}"),
+            _ => format!("on {channel}"),
+        }
+    }
+}
+
+/// The one channel of [`Acts::Base`].
+pub const BASE: &str = "base";
 
 /// The one shape of a law that has no shape parameters.
 #[must_use]

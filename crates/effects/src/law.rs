@@ -1,6 +1,6 @@
 //! Laws: what an effect does, written once for every kind of number.
 //!
-//! A law is a type with one of the traits [`ForceLaw`] and [`SeriesLaw`]; its
+//! A law is a type with one of the traits [`ForceLaw`], [`SeriesLaw`] and [`StructureLaw`]; its
 //! functions are generic over [`Number`], so that its derivatives by state, memory, shape,
 //! amplitudes and inputs are exact. The catalogue holds laws behind [`Law`], whose traits name
 //! the kinds of numbers that there are.
@@ -18,6 +18,8 @@ pub enum Law {
     Input(&'static dyn AnySeriesLaw),
     /// What the sensor makes of a coordinate.
     Sensor(&'static dyn AnySeriesLaw),
+    /// What a robot is made of, or how it stands.
+    Structure(&'static dyn AnyStructureLaw),
 }
 
 /// A generalised force `r = sum_k a_k (b_k - m_k q'')`, linear in its amplitudes a.
@@ -285,6 +287,65 @@ impl<L: SeriesLaw> AnySeriesLaw for L {
     }
 
     fn dual(&self) -> &dyn SeriesLawIn<Dual> {
+        self
+    }
+}
+
+/// What a robot is made of, or how it stands: numbers that its dynamics do not have from the model, of
+/// which all forces and the mass matrix follow.
+///
+/// | acts on | numbers |
+/// | --- | --- |
+/// | [`Acts::Links`](crate::Acts::Links) | [`BODY`] that add to the link's: mass m (kg), first moment m c (kg m), inertia about the origin of the link's frame (kg m^2): xx, xy, xz, yy, yz, zz |
+/// | [`Acts::Base`](crate::Acts::Base) | [`TILT`]: roll and pitch of the base against how it stands in the model (rad) |
+///
+/// Their internal parameters are the physical ones, amplitudes first: in these the numbers are linear,
+/// at least where they are small, and 0 where all of them are.
+pub trait StructureLaw: Sync + Debug {
+    /// Number of amplitudes: the first of the parameters.
+    fn amplitudes(&self) -> usize;
+
+    /// The numbers.
+    fn numbers<T: Number>(&self, parameters: &[T]) -> impl AsRef<[T]>;
+}
+
+/// Numbers that a link's inertia is made of.
+pub const BODY: usize = 10;
+/// Numbers that say how a base stands.
+pub const TILT: usize = 2;
+
+/// A law of structure in one kind of number.
+pub trait StructureLawIn<T: Number>: Sync + Debug {
+    /// See [`StructureLaw::numbers`].
+    fn numbers(&self, parameters: &[T]) -> Vec<T>;
+}
+
+impl<L: StructureLaw, T: Number> StructureLawIn<T> for L {
+    fn numbers(&self, parameters: &[T]) -> Vec<T> {
+        StructureLaw::numbers(self, parameters).as_ref().to_vec()
+    }
+}
+
+/// A law of structure in every kind of number.
+pub trait AnyStructureLaw: StructureLawIn<f64> + StructureLawIn<Dual> {
+    /// See [`StructureLaw::amplitudes`].
+    fn amplitudes(&self) -> usize;
+    /// The law in plain numbers.
+    fn plain(&self) -> &dyn StructureLawIn<f64>;
+    /// The law in dual numbers.
+    fn dual(&self) -> &dyn StructureLawIn<Dual>;
+}
+
+impl<L: StructureLaw> AnyStructureLaw for L {
+    fn amplitudes(&self) -> usize {
+        StructureLaw::amplitudes(self)
+    }
+
+    fn plain(&self) -> &dyn StructureLawIn<f64> {
+        self
+    }
+
+    fn dual(&self) -> &dyn StructureLawIn<Dual> {
         self
     }
 }

@@ -18,6 +18,7 @@
 //! | basis b, inertia m | [`ForceLaw::basis`], [`ForceLaw::inertia`] |
 //! | memory z, its rate | [`ForceLaw::memory`], [`ForceLaw::memory_rate`] |
 //! | what an actuator or sensor makes of a series | [`SeriesLaw::applied`] |
+//! | what a link is made of beside, how the base stands | [`StructureLaw::numbers`] |
 //! | prior of a and s | [`Effect::priors`] |
 //! | shapes s to begin from | [`Effect::shapes`] |
 //! | magnitudes as an engineer states them | the *physical* parameters: [`Effect::parameters`], one value after the other: [`Effect::values`] |
@@ -31,6 +32,7 @@ mod added_inertia;
 mod asymmetric_friction;
 mod at;
 mod backlash;
+mod base_tilt;
 mod cogging;
 mod constant_force;
 mod coriolis_coupling;
@@ -58,6 +60,7 @@ mod lugre_friction;
 mod maxwell_slip;
 mod overflow;
 pub mod parameter;
+mod payload;
 mod periodic_disturbance;
 mod position_damping;
 mod position_friction;
@@ -84,10 +87,13 @@ mod viscoelastic;
 mod viscous_friction;
 
 pub use at::{At, Channel};
-pub use effect::{Acts, Effect, Nature, Variable, one_shape};
+pub use effect::{Acts, BASE, Effect, Nature, Variable, one_shape};
 pub use family::{Family, Kin};
 use lacuna_numbers::Number;
-pub use law::{AnyForceLaw, AnySeriesLaw, ForceLaw, ForceLawIn, Law, SeriesLaw, SeriesLawIn};
+pub use law::{
+    AnyForceLaw, AnySeriesLaw, AnyStructureLaw, ForceLaw, ForceLawIn, Law, SeriesLaw, SeriesLawIn,
+    StructureLaw, StructureLawIn,
+};
 pub use parameter::{Kind, Parameter, Range};
 pub use prior::Prior;
 pub use scales::Scales;
@@ -111,6 +117,8 @@ pub static CATALOGUE: &[&Effect] = &[
     &quadratic_stiffness::EFFECT,
     &cubic_stiffness::EFFECT,
     &added_inertia::EFFECT,
+    &payload::EFFECT,
+    &base_tilt::EFFECT,
     &end_stop::EFFECT,
     &gravity_torque::EFFECT,
     &cogging::EFFECT,

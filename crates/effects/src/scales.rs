@@ -25,6 +25,8 @@ pub struct Scales {
     pub step: f64,
     /// Begin and end of the recordings' time (s).
     pub time: (f64, f64),
+    /// Of a link: the mass of all of the robot that moves (kg), and how far from its joint it reaches (m).
+    pub link: (f64, f64),
 }
 
 impl Scales {

@@ -1,9 +1,11 @@
-//! Units of effect parameters, derived from the units of the channel they act on.
+//! Units of effect parameters, derived from the units of the channel they act on; what acts on links
+//! has units of its own.
 
 use crate::Variable;
 use lacuna_units::Product;
 
-/// A product of powers: force, coordinate, seconds, radians, input, the variable of a curve.
+/// A product of powers: force, coordinate, seconds, radians, input, the variable of a curve, kilograms,
+/// metres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension {
     /// Power of the channel's generalised force.
@@ -18,6 +20,10 @@ pub struct Dimension {
     pub input: i8,
     /// Power of the variable that a curve is over.
     pub variable: i8,
+    /// Power of the kilogram.
+    pub mass: i8,
+    /// Power of the metre.
+    pub length: i8,
 }
 
 impl Dimension {
@@ -37,11 +43,17 @@ impl Dimension {
     pub const INPUT: Self = Self { input: 1, ..Self::NUMBER };
     /// The variable that a curve is over.
     pub const VARIABLE: Self = Self { variable: 1, ..Self::NUMBER };
+    /// Radians.
+    pub const ANGLE: Self = Self { angle: 1, ..Self::NUMBER };
+    /// Kilograms, of a link.
+    pub const MASS: Self = Self { mass: 1, ..Self::NUMBER };
+    /// Metres, of a link.
+    pub const LENGTH: Self = Self { length: 1, ..Self::NUMBER };
 
     /// `force^a coordinate^b s^c`.
     #[must_use]
     pub const fn new(force: i8, coordinate: i8, seconds: i8) -> Self {
-        Self { force, coordinate, seconds, angle: 0, input: 0, variable: 0 }
+        Self { force, coordinate, seconds, angle: 0, input: 0, variable: 0, mass: 0, length: 0 }
     }
 
     /// The same per unit of the input.
@@ -62,12 +74,11 @@ impl Dimension {
         };
         let power = self.variable;
         Self {
-            force: self.force,
             coordinate: self.coordinate + power * unit.coordinate,
             seconds: self.seconds + power * unit.seconds,
-            angle: self.angle,
             input: self.input + power * unit.input,
             variable: 0,
+            ..self
         }
     }
 
@@ -83,6 +94,8 @@ impl Dimension {
             ("s", this.seconds),
             (coordinate, this.coordinate),
             (input, this.input),
+            ("kg", this.mass),
+            ("m", this.length),
         ];
         let whole = parts.into_iter().fold(Product::ONE, |whole, (unit, power)| {
             let unit = Product::parse(unit).unwrap_or_else(|_| Product::symbol(unit));

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 44] = [
+const DESIGNED: [&str; 46] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -22,6 +22,8 @@ const DESIGNED: [&str; 44] = [
     "quadratic_stiffness",
     "cubic_stiffness",
     "added_inertia",
+    "payload",
+    "base_tilt",
     "end_stop",
     "gravity_torque",
     "cogging",
@@ -115,6 +117,8 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("quadratic_stiffness", &["N/m^2"], &["N m/rad^2"]),
         ("cubic_stiffness", &["N/m^3"], &["N m/rad^3"]),
         ("added_inertia", &["N s^2/m"], &["N m s^2/rad"]),
+        ("payload", &["kg", "m", "m", "m", "m"], &["kg", "m", "m", "m", "m"]),
+        ("base_tilt", &["rad", "rad"], &["rad", "rad"]),
         ("end_stop", &["N/m", "m", "1"], &["N m/rad", "rad", "1"]),
         ("gravity_torque", &["N"], &["N m"]),
         ("cogging", &["N", "1/m", "1"], &["N m", "1/rad", "1"]),

@@ -247,6 +247,7 @@ fn screened_shapes_are_in_range_for_any_machine() {
         v: 2.0 * size,
         apart: (0.4 * size, 3.0 * size),
         input: (3.0, 8.0),
+        link: (2.0 * size, 0.3 * size),
         step: 0.01,
         time: (0.0, 30.0),
         ..Scales::default()
@@ -256,6 +257,7 @@ fn screened_shapes_are_in_range_for_any_machine() {
             let (shapes, shift) = match effect.law {
                 Law::Force(law) => ((effect.shapes)(&scales(size)), law.amplitudes()),
                 Law::Input(_) => ((effect.shapes)(&scales(size)), 0),
+                Law::Structure(law) => ((effect.shapes)(&scales(size)), law.amplitudes()),
                 Law::Sensor(_) => continue,
             };
             // What is learned is not screened.
@@ -264,6 +266,7 @@ fn screened_shapes_are_in_range_for_any_machine() {
                 let amplitudes = vec![1.0; shift];
                 let physical = match effect.law {
                     Law::Force(law) => law.physical(&[&amplitudes[..], &shape].concat()),
+                    Law::Structure(_) => [&amplitudes[..], &shape].concat(),
                     _ => shape,
                 };
                 assert_eq!(physical.len(), effect.parameters.len(), "{}", effect.class);

@@ -78,6 +78,8 @@ fn readme_lists_the_catalogue() {
                 Acts::CoordinatesAndStates => "coordinate or state",
                 Acts::Inputs => "input",
                 Acts::Sensors => "sensor",
+                Acts::Links => "link of a robot",
+                Acts::Base => "base of a robot",
             };
             // A bar within a table's cell has to be written as a character of HTML.
             let law = match e.formula.contains('|') {

@@ -162,13 +162,19 @@ pub(crate) fn shift(c: &Calibration) -> String {
 }
 
 /// What an effect is, in words: `dry (Coulomb) friction on q`, `dry friction that grows with the load
-/// on q by tau`.
+/// on q by tau`, `a payload on link forearm`.
 #[must_use]
 pub fn name(finding: &Finding) -> String {
     let by_input = lacuna_effects::find(&finding.class).is_some_and(Effect::names_input);
     let joined = if by_input { "by" } else { "and" };
     let other = finding.other.as_ref().map_or_else(String::new, |o| format!(" {joined} {o}"));
-    format!("{} on {}{other}", class_words(&finding.class), finding.channel)
+    format!("{}{other}", class_at(&finding.class, &finding.channel))
+}
+
+/// The words of a class, and where it acts.
+pub(crate) fn class_at(class: &str, channel: &str) -> String {
+    let at = lacuna_effects::find(class).map(|e| e.acts.at(channel));
+    format!("{} {}", class_words(class), at.unwrap_or_else(|| format!("on {channel}")))
 }
 
 /// How well the formulas of the findings fit, whatever their names: `the formula is nearly right: it

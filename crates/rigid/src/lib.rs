@@ -29,6 +29,7 @@ mod inertia;
 pub mod mjcf;
 mod motion;
 mod robot;
+mod size;
 mod tree;
 pub mod urdf;
 mod xml;

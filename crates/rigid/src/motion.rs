@@ -313,6 +313,15 @@ impl Dynamics<'_, f64> {
         }
     }
 
+    /// Add to `tau` the forces that hold the bodies up in some field of gravity, where
+    /// [`Dynamics::mass_and_bias`] was last asked: linear in that field.
+    #[inline(always)]
+    pub fn hold_up<T: Number>(&self, motion: &Motion, gravity: Vector<T>, tau: &mut [T]) {
+        for (tau, Moving { axis, composite, .. }) in tau.iter_mut().zip(&motion.bodies) {
+            *tau = *tau - weighted(gravity, composite.of(axis).slide);
+        }
+    }
+
     /// Add to `tau` the forces that it takes to move a body of some inertia, in its joint's frame, along with
     /// body `i` as [`Dynamics::derivatives`] was last told: linear in that inertia.
     #[inline(always)]

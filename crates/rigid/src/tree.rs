@@ -48,8 +48,14 @@ impl Body {
     /// Inertia of a body of these parameters in its joint's frame.
     #[must_use]
     pub fn in_joint_frame<T: Number>(&self, parameters: &InertialParameters<T>) -> Inertia<T> {
+        self.along_joint(&parameters.about_origin())
+    }
+
+    /// Inertia in the link's frame, in its joint's.
+    #[must_use]
+    pub fn along_joint<T: Number>(&self, inertia: &Inertia<T>) -> Inertia<T> {
         let axes = self.link_pose.rotation.map(|row| row.map(T::constant));
-        parameters.about_origin().seen_from(&axes, self.link_pose.translation.map(T::constant))
+        inertia.seen_from(&axes, self.link_pose.translation.map(T::constant))
     }
 }
 

@@ -75,7 +75,7 @@ fn suit(several: &[Concealed]) -> bool {
     let simple = |e: &ModelEffect| match e.effect.law {
         CatalogueLaw::Force(law) => law.memory() == 0,
         CatalogueLaw::Input(_) => true,
-        CatalogueLaw::Sensor(_) => false,
+        CatalogueLaw::Sensor(_) | CatalogueLaw::Structure(_) => false,
     };
     let inputs = known.iter().filter(|e| matches!(e.effect.law, CatalogueLaw::Input(_))).count();
     let classes: BTreeSet<&str> = known.iter().map(|e| e.effect.class).collect();

@@ -136,7 +136,9 @@ impl Draft {
             match effect {
                 Concealed::Beyond(law, channel) => truth.laws.push((*law, *channel)),
                 Concealed::Known(e) => match e.effect.law {
-                    CatalogueLaw::Force(_) => truth.model.effects.push(e.clone()),
+                    CatalogueLaw::Force(_) | CatalogueLaw::Structure(_) => {
+                        truth.model.effects.push(e.clone())
+                    }
                     CatalogueLaw::Input(_) => {
                         truth.actuators[e.channel] = Actuator::of(e.effect.class, e.parameters[0]);
                     }

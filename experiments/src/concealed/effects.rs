@@ -51,6 +51,8 @@ pub fn draw(
             let channel = if place < n { place } else { place - n };
             sensor(effect.class, scales.channels[channel], scales.time[0], rng)
         }
+        // No plant of this study is a robot.
+        Law::Structure(_) => Numbers::new(),
     }
 }
 

@@ -118,7 +118,7 @@ fn candidates(
                     "gain_error" => Some(Box::new(|a| vec![1.0 + TRIAL * a])),
                     _ => None,
                 },
-                Law::Sensor(_) => None,
+                Law::Sensor(_) | Law::Structure(_) => None,
             };
             if let Some(parameters) = parameters {
                 let at = move |amplitude: f64| {

@@ -20,7 +20,9 @@ pub fn catalogued(draft: &Draft, e: &ModelEffect) -> SealedEffect {
         CatalogueLaw::Force(_) => {
             e.effect.depends_on.iter().map(|v| variable(model, e, *v)).collect()
         }
-        CatalogueLaw::Input(_) | CatalogueLaw::Sensor(_) => vec![channel.clone()],
+        CatalogueLaw::Input(_) | CatalogueLaw::Sensor(_) | CatalogueLaw::Structure(_) => {
+            vec![channel.clone()]
+        }
     };
     let parameters = e.effect.parameters.iter().zip(&e.parameters);
     let parameters: serde_json::Map<_, _> =

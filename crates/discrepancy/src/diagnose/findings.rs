@@ -131,6 +131,10 @@ impl Ladder<'_> {
     /// Names of the channels that an effect depends on.
     fn variables(&self, e: &ModelEffect) -> Vec<String> {
         let model = self.problem.model;
+        if let Law::Structure(_) = e.effect.law {
+            let joints = model.joints_under(e.effect.acts, e.channel).into_iter();
+            return joints.map(|c| model.channel_name(c).to_owned()).collect();
+        }
         let state = |v: &Variable| self.state_of(e, *v).map(|i| model.state_name(i).to_owned());
         let name = |v: &Variable| match v {
             Variable::Time => model.time_column.clone(),

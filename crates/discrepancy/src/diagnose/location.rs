@@ -4,6 +4,7 @@ use super::outcome::Ladder;
 use crate::diagnosis::{ChannelMismatch, Curve, Finding, Location};
 use crate::missing_force::{Belief, Channel, Learned, MissingForce};
 use crate::screen::Over;
+use lacuna_effects::{Effect, Law};
 use std::collections::BTreeMap;
 
 /// A curve acts where it is larger than this many of its standard deviations ...
@@ -18,8 +19,8 @@ impl Ladder<'_> {
         let missing = MissingForce::of(self.problem, &Belief::of(model, self.decision.prior_odds));
         let channels = (0..model.channels()).map(|c| {
             let name = model.channel_name(c).to_owned();
-            let explained_by =
-                findings.iter().filter(|f| f.channel == name).map(|f| f.class.clone()).collect();
+            let explains = |f: &&Finding| f.channel == name || bears(f, &name);
+            let explained_by = findings.iter().filter(explains).map(|f| f.class.clone()).collect();
             (name, self.mismatch(missing.channel(c), c, explained_by))
         });
         Location { channels: channels.collect() }
@@ -85,6 +86,12 @@ impl Ladder<'_> {
         };
         (model.state_name(state).to_owned(), model.state_unit(state))
     }
+}
+
+/// Whether a joint bears what a finding says of a robot's structure.
+fn bears(f: &Finding, joint: &str) -> bool {
+    let structure = |e: &Effect| matches!(e.law, Law::Structure(_));
+    lacuna_effects::find(&f.class).is_some_and(structure) && f.depends_on.iter().any(|d| d == joint)
 }
 
 /// First and last value of a variable at which a curve acts.

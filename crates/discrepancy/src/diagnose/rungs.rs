@@ -27,7 +27,8 @@ impl Ladder<'_> {
         for (e, n) in self.effects.iter().zip(&found.named) {
             let part = if gains > 0.0 { n.gain.max(0.0) / gains } else { 1.0 };
             let on = self.problem.model.effect_channel_name(e.effect, e.channel);
-            rungs.push(rung(format!("{} on {on}", e.effect.words), part * named));
+            let what = format!("{} {}", e.effect.words, e.effect.acts.at(on));
+            rungs.push(rung(what, part * named));
         }
         rungs.push(rung("unexplained".to_owned(), unexplained));
         rungs

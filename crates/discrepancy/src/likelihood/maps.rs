@@ -67,6 +67,8 @@ pub struct Driven {
     pub at_once: Vec<Lanes>,
     /// Where they drive the motion, and each one's share of its value there.
     pub places: Vec<(Drive, Lanes)>,
+    /// A series of its own for each place, in place of the one for all; else empty.
+    pub apart: Vec<Vec<Lanes>>,
     /// Outputs that show the values as they are.
     pub seen: Vec<usize>,
 }
@@ -216,9 +218,10 @@ impl Maps {
                     }
                     filter.correct(at, &seen, d);
                 }
-                for (force, (_, share)) in forces.iter_mut().zip(&driven.places) {
+                for (p, (force, (_, share))) in forces.iter_mut().zip(&driven.places).enumerate() {
+                    let series = driven.apart.get(p).unwrap_or(&driven.series);
                     *force = Lanes::ZERO;
-                    force.add_product(simd, &driven.series[k], share);
+                    force.add_product(simd, &series[k], share);
                 }
                 let next = &mut next[g * n..(g + 1) * n];
                 for (i, next) in next.iter_mut().enumerate() {

@@ -109,6 +109,7 @@ impl<'a> Problem<'a> {
     pub fn scales(&self, effect: &Effect, channel: usize, other: Option<usize>) -> Scales {
         match (effect.law, effect.acts) {
             (Law::Input(_), _) => self.inputs[channel],
+            (Law::Structure(_), _) => self.structure_scales(effect.acts, channel),
             (Law::Sensor(_), _) | (_, Acts::Sensors) => self.sensor_scales(channel),
             (Law::Force(_), _) => {
                 let mut scales = self.channels[channel];
@@ -203,6 +204,17 @@ impl<'a> Problem<'a> {
         if scale > 0.0 { scale } else { 1.0 }
     }
 
+    /// How much a robot moves, and how far one of its links reaches.
+    fn structure_scales(&self, acts: Acts, channel: usize) -> Scales {
+        // Of a robot of rotors and points nothing is known: a kilogram and a metre.
+        let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
+        let link = match self.model.dynamics().tree().filter(|_| acts == Acts::Links) {
+            Some(tree) => (or_one(tree.mass()), or_one(tree.reach(channel))),
+            None => (1.0, 1.0),
+        };
+        Scales { link, step: self.sample, time: self.times(), ..Scales::default() }
+    }
+
     fn sensor_scales(&self, state: usize) -> Scales {
         let n = self.model.coordinates.len();
         let channel = if state < n { state } else { state - n };
@@ -235,6 +247,7 @@ impl<'a> Problem<'a> {
                 other: (1.0, 1.0, 1.0),
                 apart: (1.0, 1.0),
                 input: (0.0, 0.0),
+                link: (0.0, 0.0),
                 step: self.sample,
                 time: self.times(),
             }

@@ -98,6 +98,7 @@ impl<'p> Along<'p> {
             }
         }
         let dynamics = problem.model.dynamics();
+        let parameters = problem.model.with_structure_along(parameters, belief.effects, &[]);
         let bound = dynamics.bind_dual(&parameters);
         let mut room = bound.room();
         let mut outputs = vec![Dual::constant(0.0); dynamics.sizes().rates()];
@@ -183,7 +184,8 @@ impl<'p> Along<'p> {
         let (n, m) = (self.coordinates, problem.model.inputs.len());
         let width = problem.model.input_width();
         let dynamics = problem.model.dynamics();
-        let bound = dynamics.bind(&belief.parameters);
+        let parameters = problem.model.with_structure(&belief.parameters, belief.effects);
+        let bound = dynamics.bind(&parameters);
         let mut room = bound.room();
         let mut outputs = vec![0.0; dynamics.sizes().rates()];
         let mut variables = vec![0.0; self.states + m + 1];

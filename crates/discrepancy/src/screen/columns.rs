@@ -15,7 +15,17 @@ impl Candidate {
     pub(super) fn amplitudes(&self) -> usize {
         match self.effect.law {
             Law::Force(law) => law.amplitudes(),
+            Law::Structure(law) => law.amplitudes(),
             Law::Input(_) | Law::Sensor(_) => 1,
+        }
+    }
+
+    /// Of so many terms as many as are propagated at once.
+    pub(super) fn at_once(&self, terms: usize) -> usize {
+        match self.effect.law {
+            // All shapes are told by the same few series.
+            Law::Structure(_) => terms.max(1),
+            _ => (LANES / self.amplitudes()).max(1),
         }
     }
 }
@@ -46,7 +56,13 @@ impl Screen<'_> {
     }
 
     /// Normal equations of so many columns along one recording.
-    fn sums(&self, count: usize, crossed: bool, driven: &[Driven], along: &Along) -> Sums {
+    pub(super) fn sums(
+        &self,
+        count: usize,
+        crossed: bool,
+        driven: &[Driven],
+        along: &Along,
+    ) -> Sums {
         let mut sums = Sums::new(count, self.theta.nrows());
         for local in &along.windows {
             let normal = Normal { along, local, driven, crossed };
@@ -72,6 +88,8 @@ impl Screen<'_> {
                 let is = |o: &crate::Output| matches!(o.of, Measured::State(i) if i == channel);
                 (vec![], outputs.enumerate().filter(|(_, o)| is(o)).map(|(k, _)| k).collect())
             }
+            // What drives every coordinate by itself is another matter: `of_structure`.
+            Law::Structure(_) => (vec![], vec![]),
         };
         let at_once = matches!(effect.law, Law::Force(_)) && self.problem.observation.sees_forces();
         let (count, samples) = (each * terms.len(), along.motion.len());
@@ -121,6 +139,7 @@ impl Screen<'_> {
                 }
                 terms.iter().for_each(|_| each(&series, &[], 1.0));
             }
+            Law::Structure(_) => {}
         }
     }
 }
@@ -133,6 +152,7 @@ impl Driven {
     fn beside(count: usize, samples: usize, at_once: bool, (places, seen): Places) -> Vec<Self> {
         let empty = || Self {
             series: vec![Lanes::ZERO; samples],
+            apart: vec![],
             at_once: vec![Lanes::ZERO; if at_once { samples } else { 0 }],
             places: places.clone(),
             seen: seen.clone(),
@@ -163,7 +183,7 @@ fn sensed(law: &dyn AnySeriesLaw, term: &Term, along: &Along, local: &Local) -> 
 }
 
 /// Over each step the mean of both ends; over what follows the last sample nothing is known.
-fn centred(series: &[f64]) -> Vec<f64> {
+pub(super) fn centred(series: &[f64]) -> Vec<f64> {
     let means = series.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
     means.chain(series.last().copied()).collect()
 }
@@ -238,7 +258,7 @@ fn on_the_diagonal(squares: &[Lanes], m: usize) -> Vec<Lanes> {
 }
 
 /// Normal equations of all columns, the states of all windows eliminated.
-struct Sums {
+pub(super) struct Sums {
     own: DMatrix<f64>,
     theta: DMatrix<f64>,
     gradient: DVector<f64>,
@@ -267,7 +287,7 @@ impl Sums {
     }
 
     /// Those of one term.
-    fn of(&self, first: usize, each: usize) -> Amplitudes {
+    pub(super) fn of(&self, first: usize, each: usize) -> Amplitudes {
         Amplitudes {
             own: self.own.view((first, first), (each, each)).into_owned(),
             theta: self.theta.rows(first, each).into_owned(),

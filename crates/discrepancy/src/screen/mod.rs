@@ -19,6 +19,7 @@
 mod columns;
 mod curves;
 mod local;
+mod structure;
 mod surface;
 
 use crate::candidates::{Candidate, Term};
@@ -26,10 +27,10 @@ use crate::likelihood::{Fit, FitError, Problem};
 use crate::probability::log_sum_exp;
 pub use curves::Over;
 use lacuna_effects::{Law, Prior};
-use lacuna_numbers::LANES;
 use local::{Along, along};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
+use structure::slopes;
 
 /// A fit, linearised.
 pub struct Screen<'p> {
@@ -63,6 +64,8 @@ pub struct Scored {
     pub amplitudes: Vec<f64>,
     /// Their standard deviations.
     pub std: Vec<f64>,
+    /// The fitted values of theta beside them.
+    pub theta: Vec<f64>,
 }
 
 impl<'p> Screen<'p> {
@@ -110,12 +113,12 @@ impl<'p> Screen<'p> {
                 let count = shapes.len() as f64;
                 let terms: Vec<Term> =
                     shapes.into_iter().map(|shape| Term { candidate: *c, shape }).collect();
-                // As many as are propagated side by side.
-                let many = (LANES / c.amplitudes()).max(1);
-                let tried = terms.par_chunks(many).flat_map_iter(|some| self.gains(some));
+                let tried =
+                    terms.par_chunks(c.at_once(terms.len())).flat_map_iter(|some| self.gains(some));
                 let tried: Vec<Scored> = tried.filter(|s| s.gain.is_finite()).collect();
                 let gain = log_sum_exp(tried.iter().map(|s| s.gain)) - count.ln();
                 let best = tried.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+                let best = self.refined(&best.term).unwrap_or(best);
                 Some(Scored { gain, ..best })
             })
             .collect();
@@ -137,13 +140,13 @@ impl<'p> Screen<'p> {
 
     fn scored(&self, term: &Term, normal: &Amplitudes) -> Option<Scored> {
         let (sd, magnitude) = self.priors(term);
-        let (gain, amplitudes, covariance) = self.solve(normal, &sd);
+        let Solved { gain, amplitudes, covariance, theta } = self.solve(normal, &sd)?;
         let std = (0..amplitudes.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
         let wrong = magnitude && amplitudes.iter().sum::<f64>() < 0.0;
         // The prior of a magnitude has its mass on one side.
         let sides = if magnitude { amplitudes.len() as f64 } else { 0.0 };
         let gain = gain + sides * std::f64::consts::LN_2;
-        (!wrong).then(|| Scored { term: term.clone(), gain, amplitudes, std })
+        (!wrong).then(|| Scored { term: term.clone(), gain, amplitudes, std, theta })
     }
 
     /// Prior standard deviations of the amplitudes, and whether they are magnitudes, which cannot
@@ -156,8 +159,8 @@ impl<'p> Screen<'p> {
             Prior::LogNormal { .. } | Prior::Fixed => 1.0,
         };
         match effect.law {
-            Law::Force(law) => {
-                let own = &priors[..law.amplitudes()];
+            Law::Force(_) | Law::Structure(_) => {
+                let own = &priors[..term.candidate.amplitudes()];
                 let positive =
                     own.iter().all(|p| matches!(p, Prior::Normal { low, .. } if *low >= 0.0));
                 (own.iter().map(sd).collect(), positive)
@@ -171,15 +174,18 @@ impl<'p> Screen<'p> {
         }
     }
 
-    fn solve(&self, a: &Amplitudes, sd: &[f64]) -> (f64, Vec<f64>, DMatrix<f64>) {
+    fn solve(&self, a: &Amplitudes, sd: &[f64]) -> Option<Solved> {
         let (p, c) = (self.theta.nrows(), sd.len());
-        let Some(Posterior { gain, mean, factor }) = self.posterior(a, sd) else {
-            return (f64::NEG_INFINITY, vec![0.0; c], DMatrix::zeros(c, c));
-        };
+        let Posterior { gain, mean, factor } = self.posterior(a, sd)?;
         let inverse = factor.inverse();
         let amplitudes = (0..c).map(|i| mean[p + i] * sd[i]).collect();
         let covariance = DMatrix::from_fn(c, c, |i, j| inverse[(p + i, p + j)] * sd[i] * sd[j]);
-        (gain, amplitudes, covariance)
+        let h = &self.fit.hypothesis;
+        let moved = h.free.iter().zip(h.theta()).zip(mean.iter());
+        let theta = moved
+            .map(|((f, value), step)| (value + step * f.sd).clamp(f.bounds.0, f.bounds.1))
+            .collect();
+        Some(Solved { gain, amplitudes, covariance, theta })
     }
 
     /// Of parameters and amplitudes with these prior standard deviations; the gain is that of the
@@ -209,6 +215,11 @@ impl<'p> Screen<'p> {
     /// Normal equations of the amplitudes of several terms of one candidate, summed over all
     /// recordings; none for a term that changes what is not finite.
     fn amplitudes(&self, terms: &[Term]) -> Vec<Option<Amplitudes>> {
+        if let Law::Structure(law) = terms[0].candidate.effect.law {
+            let numbers = self.numbers(&terms[0].candidate);
+            let of = |t: &Term| Some(numbers.as_ref()?.through(&slopes(law, &t.shape)));
+            return terms.iter().map(of).collect();
+        }
         let parts = self.recordings.iter().map(|along| self.amplitudes_along(terms, along));
         let plus = |a: Vec<Amplitudes>, b| a.into_iter().zip(b).map(|(a, b)| a.plus(b)).collect();
         let sums = parts.reduce(plus).unwrap_or_default();
@@ -237,6 +248,14 @@ impl Amplitudes {
     fn is_finite(&self) -> bool {
         self.own.iter().chain(&self.theta).all(|x| x.is_finite())
     }
+}
+
+/// What a term's amplitudes are, and theta beside them.
+struct Solved {
+    gain: f64,
+    amplitudes: Vec<f64>,
+    covariance: DMatrix<f64>,
+    theta: Vec<f64>,
 }
 
 /// Belief about parameters and amplitudes in units of their priors.

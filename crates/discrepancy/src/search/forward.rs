@@ -4,9 +4,10 @@ use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of, term_of,
 use crate::candidates::{Candidate, Term};
 use crate::decision::Decision;
 use crate::likelihood::evidence::common_temperature;
-use crate::likelihood::{Fit, FitError, STILL};
+use crate::likelihood::{Fit, FitError, Hypothesis, STILL};
 use crate::screen::{Scored, Screen};
 use lacuna_effects::{Law, Variable};
+use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
 
@@ -61,7 +62,8 @@ impl<'p> Search<'p> {
             // What cannot settle what is left need not be fitted.
             let excess = base.count as f64 * (1.0 - 1.0 / base.inflation());
             let hope = decision.share * 0.5 * excess;
-            shortlist.retain(|s| base.reduced() < decision.explained || s.gain > hope);
+            let settled = base.reduced() < decision.explained;
+            shortlist.retain(|s| settled || s.gain > hope || is_undervalued(s));
         }
         let mut tried = self.fit_all(base, &shortlist);
         self.add_variants(&mut tried);
@@ -127,7 +129,8 @@ impl<'p> Search<'p> {
         };
         let lead = |channel: usize| {
             let remainder = screen.remainder(channel)?;
-            let acts = base.hypothesis.supposed().iter().any(|e| acts_on(e, channel));
+            let model = self.problem.model;
+            let acts = base.hypothesis.supposed().iter().any(|e| acts_on(model, e, channel));
             let (promised, fitted) = (promised - remainder, fitted.max(promised) - remainder);
             Some(Lead { acts, promised, fitted })
         };
@@ -157,10 +160,16 @@ impl<'p> Search<'p> {
         let near = base.reduced() < decision.explained;
         let promising = if near { 0.5 * decision.prior_odds } else { decision.tie };
         let hopeless = ((1.0 - decision.screening_error) * top).min(top - decision.prior_odds);
-        let mut rank = 0;
+        let (mut rank, mut structures) = (0, vec![]);
         shortlist.retain(|s| {
             rank += 1;
-            rank <= decision.shortlist && s.gain > promising && (rank <= 3 || s.gain > hopeless)
+            let class = s.term.candidate.effect.class;
+            let first = is_undervalued(s) && !structures.contains(&class);
+            if first {
+                structures.push(class);
+            }
+            let hopes = rank <= decision.shortlist && (rank <= 3 || s.gain > hopeless);
+            s.gain > promising && (hopes || first)
         });
         let mut curves = screen.curves();
         // What may not be named is missing all the same.
@@ -179,7 +188,7 @@ impl<'p> Search<'p> {
         let begun = shortlist.par_iter().map(|s| {
             let Term { candidate, shape } = &s.term;
             let effect = effect_of(candidate, &s.amplitudes, shape);
-            let h = self.with(&base.hypothesis, effect);
+            let h = self.with(&beside(s, &base.hypothesis), effect);
             (*candidate, chain::begin(&short, h))
         });
         let mut tried = self.told(begun.collect());
@@ -334,10 +343,30 @@ pub(super) fn settles(decision: &Decision, before: &Fit, after: &Fit, share: f64
     drop > decision.relevant && (left < decision.noise - 1.0 || drop > share * excess)
 }
 
+/// Whether a term may be worth far more than the screening says. There parameters move freely, and those of
+/// links do beyond their bounds what a change of structure does: of each class the best is fitted whatever
+/// promises more.
+fn is_undervalued(s: &Scored) -> bool {
+    matches!(s.term.candidate.effect.law, Law::Structure(_))
+}
+
+/// Where a fit of a further effect begins. What changes a robot's structure does what wrong parameters of
+/// its links do: as far as they could they have taken its place, and stand back as the screening says.
+fn beside(s: &Scored, base: &Hypothesis) -> Hypothesis {
+    let mut h = base.clone();
+    if let Law::Structure(_) = s.term.candidate.effect.law {
+        h.set(&s.theta);
+    }
+    h
+}
+
 /// Whether an effect is a force on a channel.
-fn acts_on(e: &ModelEffect, channel: usize) -> bool {
-    let Law::Force(law) = e.effect.law else { return false };
-    e.channel == channel || (law.reacts() && e.other == Some(channel))
+fn acts_on(model: &Model, e: &ModelEffect, channel: usize) -> bool {
+    match e.effect.law {
+        Law::Force(law) => e.channel == channel || (law.reacts() && e.other == Some(channel)),
+        Law::Structure(_) => model.joints_under(e.effect.acts, e.channel).contains(&channel),
+        Law::Input(_) | Law::Sensor(_) => false,
+    }
 }
 
 /// Whether an unknown function covers all that a candidate could say: a law of the same single

@@ -145,7 +145,7 @@ impl<'p> Search<'p> {
         let shown = |c: usize| !model.is_imposed(c) || problem.outputs_of_force(c).next().is_some();
         all.retain(|c| match c.effect.law {
             Law::Force(law) => shown(c.channel) || (law.reacts() && c.other.is_some_and(shown)),
-            Law::Input(_) | Law::Sensor(_) => true,
+            Law::Input(_) | Law::Sensor(_) | Law::Structure(_) => true,
         });
         let (candidates, excluded) = all.into_iter().partition(|c| scope.admits(model, c));
         let level = first_level(problem.dataset);
@@ -408,6 +408,7 @@ pub fn candidate_of(e: &ModelEffect) -> Candidate {
 fn term_of(e: &ModelEffect) -> Term {
     let shape = match e.effect.law {
         Law::Force(law) => e.internal().split_off(law.amplitudes()),
+        Law::Structure(law) => e.internal().split_off(law.amplitudes()),
         Law::Input(_) => e.parameters.clone(),
         Law::Sensor(_) => vec![],
     };
@@ -421,6 +422,7 @@ fn effect_of(c: &Candidate, amplitudes: &[f64], shape: &[f64]) -> ModelEffect {
             let internal: Vec<f64> = amplitudes.iter().chain(shape).copied().collect();
             law.physical(&internal)
         }
+        Law::Structure(_) => amplitudes.iter().chain(shape).copied().collect(),
         Law::Input(_) => shape.to_vec(),
         Law::Sensor(_) => {
             c.effect.nature.ideal.iter().zip(amplitudes).map(|(i, a)| i + a).collect()

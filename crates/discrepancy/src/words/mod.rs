@@ -26,6 +26,6 @@ pub(crate) fn says(e: &ModelEffect, new: &NewEffect, at_bound: &[bool], model: &
     }
     let joined = if e.effect.names_input() { "by" } else { "and" };
     let other = new.other.as_ref().map_or_else(String::new, |o| format!(" {joined} {o}"));
-    let model = &model.name;
-    format!("{what} on {}{other} is missing from {model}: {}.", new.channel, numbers.join(", "))
+    let (at, model) = (e.effect.acts.at(&new.channel), &model.name);
+    format!("{what} {at}{other} is missing from {model}: {}.", numbers.join(", "))
 }

@@ -114,6 +114,6 @@ impl Deref for Force {
 pub fn series_law(class: &str) -> &'static dyn AnySeriesLaw {
     match find(class).unwrap_or_else(|| panic!("{class} is in no catalogue")).law {
         Law::Input(law) | Law::Sensor(law) => law,
-        Law::Force(_) => panic!("{class} is a force"),
+        Law::Force(_) | Law::Structure(_) => panic!("{class} is no law of a series"),
     }
 }

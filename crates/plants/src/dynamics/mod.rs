@@ -45,6 +45,7 @@ pub(crate) use robot::{PARTS, Part, RobotDynamics};
 
 use crate::model::Step;
 use lacuna_numbers::{Dual, Number};
+use lacuna_rigid::Tree;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -126,7 +127,15 @@ pub trait Dynamics: Debug + Send + Sync {
         None
     }
 
-    /// Set the parameters, of [`Sizes::parameters`] values.
+    /// The bodies that move, where these are a robot's dynamics. Behind their parameters may then stand
+    /// the numbers of what the model leaves out of its structure
+    /// ([`StructureLaw`](lacuna_effects::StructureLaw)): those of each body, then those of the base.
+    fn tree(&self) -> Option<&Tree> {
+        None
+    }
+
+    /// Set the parameters, of [`Sizes::parameters`] values, and the numbers of its structure, if there are
+    /// any ([`Dynamics::tree`]).
     fn bind(&self, parameters: &[f64]) -> Bound;
 
     /// The same with derivatives: those by parameters that are [`Dual::direction`]s among them.

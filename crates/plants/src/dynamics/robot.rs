@@ -6,9 +6,10 @@
 //!
 //! with M and h of [`lacuna_rigid`], and what the file states of each joint: damping d, friction f, rotor inertia
 //! J, stiffness k of a spring that is at rest at q_0. Parameters are, body by body, the ten of its inertia
-//! and d, f, J and k.
+//! and d, f, J and k; behind them may stand what the model leaves out of its structure ([`Dynamics::tree`]).
 
 use super::{Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Point, Room, Sizes};
+use lacuna_effects::law::BODY;
 use lacuna_numbers::{Dual, Number};
 use lacuna_rigid::{Inertia, InertialParameters, Tree};
 use std::sync::Arc;
@@ -73,6 +74,7 @@ impl RobotDynamics {
     }
 
     fn bound<T: Number>(&self, parameters: &[T]) -> Bound<T> {
+        let (parameters, structure) = parameters.split_at(self.sizes().parameters);
         let bodies = parameters.chunks_exact(PARTS.len());
         let inertia = self.tree.bodies.iter().zip(bodies.clone()).map(|(body, p)| {
             let (centre, inertia) = ([p[1], p[2], p[3]], [p[4], p[5], p[6], p[7], p[8], p[9]]);
@@ -85,16 +87,17 @@ impl RobotDynamics {
             stiffness: p[13],
             rest: body.joint.spring_reference,
         });
-        let inertia: Vec<Inertia<T>> = inertia.collect();
-        let moves = |i: &Inertia<T>| i.entries().iter().any(|x| x.moves());
-        Arc::new(BoundRobot {
+        let mut bound = BoundRobot {
             tree: self.tree.clone(),
-            plain: inertia.iter().map(|i| i.map(T::value)).collect(),
-            changing: (0..inertia.len()).filter(|&i| moves(&inertia[i])).collect(),
-            inertia,
+            plain: vec![],
+            changing: vec![],
+            inertia: inertia.collect(),
             joints: joints.collect(),
-            gravity: self.gravity,
-        })
+            gravity: self.gravity.map(T::constant),
+        };
+        bound.change(structure);
+        bound.note_values();
+        Arc::new(bound)
     }
 }
 
@@ -106,6 +109,10 @@ impl Dynamics for RobotDynamics {
 
     fn shares_derivatives(&self) -> bool {
         true
+    }
+
+    fn tree(&self) -> Option<&Tree> {
+        Some(&self.tree)
     }
 
     fn bind(&self, parameters: &[f64]) -> Bound {
@@ -126,7 +133,8 @@ struct BoundRobot<T> {
     /// The bodies whose inertia carries derivatives.
     changing: Vec<usize>,
     joints: Vec<Motor<T>>,
-    gravity: [f64; 3],
+    /// m/s^2, in the root's frame.
+    gravity: [T; 3],
 }
 
 impl<T: Number> BoundRobot<T> {
@@ -138,7 +146,7 @@ impl<T: Number> BoundRobot<T> {
     /// The bodies, their inertia in plain numbers.
     #[inline(always)]
     fn plain(&self) -> lacuna_rigid::Dynamics<'_, f64> {
-        lacuna_rigid::Dynamics::new(&self.tree, &self.plain, self.gravity)
+        lacuna_rigid::Dynamics::new(&self.tree, &self.plain, self.gravity.map(T::value))
     }
 }
 
@@ -179,6 +187,39 @@ impl<T: Number> Motor<T> {
     }
 }
 
+impl<T: Number> BoundRobot<T> {
+    /// Note the values of inertia, and where it carries derivatives.
+    fn note_values(&mut self) {
+        let moves = |i: &Inertia<T>| i.entries().iter().any(|x| x.moves());
+        self.plain = self.inertia.iter().map(|i| i.map(T::value)).collect();
+        self.changing = (0..self.inertia.len()).filter(|&i| moves(&self.inertia[i])).collect();
+    }
+
+    /// Add what stands behind the parameters, if anything does.
+    fn change(&mut self, structure: &[T]) {
+        let (bodies, base) = structure.split_at(structure.len().min(BODY * self.inertia.len()));
+        for ((inertia, body), added) in
+            self.inertia.iter_mut().zip(&self.tree.bodies).zip(bodies.chunks_exact(BODY))
+        {
+            let [xx, xy, xz, yy, yz, zz] = std::array::from_fn(|k| added[4 + k]);
+            let about_origin = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+            let moment = [added[1], added[2], added[3]];
+            let added = Inertia { mass: added[0], moment, about_origin };
+            *inertia = inertia.plus(&body.along_joint(&added));
+        }
+        if let [roll, pitch] = *base {
+            self.gravity = as_seen_from(self.gravity, roll, pitch);
+        }
+    }
+}
+
+/// A vector as it is seen from a frame that is turned by roll about x, and then by pitch about y.
+fn as_seen_from<T: Number>([x, y, z]: [T; 3], roll: T, pitch: T) -> [T; 3] {
+    let ((s, c), (sr, cr)) = (pitch.sin_cos(), roll.sin_cos());
+    let (x, z) = (c * x - s * z, s * x + c * z);
+    [x, cr * y + sr * z, cr * z - sr * y]
+}
+
 impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
     fn room(&self) -> Room<T> {
         let n = self.tree.bodies.len();
@@ -191,8 +232,7 @@ impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
         let n = self.tree.bodies.len();
         let at = Point::new(self.sizes(), &[], variables);
         let (mass, force) = rates.split_at_mut(n * n);
-        let gravity = self.gravity.map(T::constant);
-        let dynamics = lacuna_rigid::Dynamics::new(&self.tree, &self.inertia, gravity);
+        let dynamics = lacuna_rigid::Dynamics::new(&self.tree, &self.inertia, self.gravity);
         let (bodies, still) = (&mut room.bodies, &room.numbers);
         dynamics.place(bodies, at.coordinates);
         dynamics.mass_matrix(bodies, mass);
@@ -290,6 +330,9 @@ impl<T: Number> pulp::WithSimd for Derive<'_, T> {
         forces.iter_mut().for_each(|f| *f = -*f);
         for &i in &robot.changing {
             dynamics.carry(&room.motion, i, &robot.inertia[i], forces);
+        }
+        if robot.gravity.iter().any(|g| g.moves()) {
+            dynamics.hold_up(&room.motion, robot.gravity, forces);
         }
         for (i, joint) in robot.joints.iter().enumerate() {
             let row = i * n..(i + 1) * n;

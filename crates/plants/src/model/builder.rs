@@ -153,12 +153,12 @@ impl Builder {
     }
 
     /// A parameter, with the standard deviation of what is believed of it in its own unit; 0 is
-    /// known exactly. It is how a parameter is uncertain that is 0: a payload of 0 kg.
+    /// known exactly. It is how a parameter is uncertain that is 0: a load of 0 kg.
     ///
     /// ```
     /// use lacuna_plants::Model;
     /// let model = Model::builder("lift")
-    ///     .parameter_with_std("payload", 0.0, "kg", 0.5)
+    ///     .parameter_with_std("load", 0.0, "kg", 0.5)
     ///     .input("lift", "N")
     ///     .coordinate("z", "vz", "m")
     ///     .rates(|at| [at.inputs[0] / (3.0 + at.parameters[0]) - 9.81])

@@ -94,7 +94,7 @@ impl ModelEffect {
     pub fn internal(&self) -> Vec<f64> {
         match self.effect.law {
             Law::Force(law) => law.internal(&self.parameters),
-            Law::Input(_) | Law::Sensor(_) => self.parameters.clone(),
+            Law::Input(_) | Law::Sensor(_) | Law::Structure(_) => self.parameters.clone(),
         }
     }
 
@@ -102,7 +102,7 @@ impl ModelEffect {
     pub fn set_internal(&mut self, internal: &[f64]) {
         self.parameters = match self.effect.law {
             Law::Force(law) => law.physical(internal),
-            Law::Input(_) | Law::Sensor(_) => internal.to_vec(),
+            Law::Input(_) | Law::Sensor(_) | Law::Structure(_) => internal.to_vec(),
         };
     }
 

@@ -11,6 +11,7 @@ mod observation;
 mod parameter;
 mod read;
 mod series;
+mod structure;
 mod system;
 mod together;
 mod units;
@@ -133,8 +134,8 @@ pub struct Coordinate {
 pub struct ModelEffect {
     /// The catalogue's entry.
     pub effect: &'static Effect,
-    /// Index of the channel it acts on: a force channel, an input or a state of the machine,
-    /// whichever [`Law`] it has.
+    /// Index of the channel it acts on: a force channel, an input, a state of the machine or a link of
+    /// a robot, whichever [`Law`] it has.
     pub channel: usize,
     /// The other force channel of a coupling, or the input that a force law depends on.
     pub other: Option<usize>,
@@ -351,6 +352,7 @@ impl Model {
             Law::Force(_) => self.channel_name(channel),
             Law::Input(_) => &self.inputs[channel].name,
             Law::Sensor(_) => self.state_name(channel),
+            Law::Structure(_) => self.structures(effect).get(channel).copied().unwrap_or_default(),
         }
     }
 

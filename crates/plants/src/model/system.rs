@@ -66,7 +66,7 @@ impl System {
     #[must_use]
     pub fn with(model: &Model, parameters: &[f64], effects: &[ModelEffect]) -> Self {
         let push = vec![0.0; model.channels()];
-        let bound = model.dynamics.bind(parameters);
+        let bound = model.dynamics.bind(&model.with_structure(parameters, effects));
         let law = |law: &'static dyn AnyForceLaw| law.plain();
         Self::built(model, bound, effects, (push, 0.0), law, |_, e| e.internal())
     }
@@ -109,6 +109,7 @@ impl System<Dual> {
                 Direction::Effect(..) => {}
             }
         }
+        let numbers = model.with_structure_along(numbers, effects, directions);
         let bound = model.dynamics.bind_dual(&numbers);
         let law = |law: &'static dyn AnyForceLaw| law.dual();
         Self::built(model, bound, effects, (push, sample), law, |index, e| {

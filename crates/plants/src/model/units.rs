@@ -147,6 +147,7 @@ impl Model {
             }
             Law::Input(_) => (String::new(), String::new(), self.inputs[channel].unit.clone()),
             Law::Sensor(_) => (String::new(), self.state_unit(channel), String::new()),
+            Law::Structure(_) => Default::default(),
         };
         let first_order = matches!(effect.law, Law::Force(_)) && !self.is_coordinate(channel);
         let text = |p: &lacuna_effects::Parameter| {

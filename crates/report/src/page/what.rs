@@ -52,7 +52,7 @@ fn card(f: &Finding) -> Markup {
 
 fn rivals(alternatives: &[Alternative]) -> String {
     let one = |a: &Alternative| {
-        format!("{} on {} ({})", words::class_words(&a.class), a.channel, percent(a.probability))
+        format!("{} ({})", words::class_at(&a.class, &a.channel), percent(a.probability))
     };
     let all: Vec<String> = alternatives.iter().map(one).collect();
     if all.is_empty() { "none".to_owned() } else { all.join(", ") }

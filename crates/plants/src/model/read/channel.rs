@@ -36,7 +36,28 @@ fn acts_on(effect: &Effect, name: &str) -> String {
     format!("{} acts on {kind}, and '{name}' is none", effect.class)
 }
 
-/// Index of the channel, input or machine state that an effect acts on.
+/// Index of a link that moves, or of the base.
+fn structure(model: &Model, effect: &Effect, name: &str) -> Result<usize, String> {
+    let (class, names) = (effect.class, model.structures(effect));
+    if let Some(found) = names.iter().position(|n| *n == name) {
+        return Ok(found);
+    }
+    let Some(tree) = model.dynamics().tree() else {
+        return Err(format!("{class} acts on a robot, and this model has no [robot]"));
+    };
+    let names = names.join(", ");
+    let whole = tree.bodies.iter().find(|b| b.merged.iter().any(|m| m == name));
+    Err(match whole.filter(|_| effect.acts == Acts::Links) {
+        Some(whole) => format!(
+            "'{name}' is fixed to link '{0}' and part of it: say channel = \"{0}\", with places in its \
+             frame",
+            whole.name
+        ),
+        None => format!("{class} does not act on '{name}'; expected one of {names}"),
+    })
+}
+
+/// Index of the channel, input, machine state or link that an effect acts on.
 pub(super) fn effect_channel(model: &Model, effect: &Effect, name: &str) -> Result<usize, String> {
     match effect.law {
         Law::Force(_) => {
@@ -51,6 +72,7 @@ pub(super) fn effect_channel(model: &Model, effect: &Effect, name: &str) -> Resu
         Law::Input(_) => input(model, name).ok_or_else(|| {
             format!("{} acts on an input; '{name}' is none of {}", effect.class, inputs(model))
         }),
+        Law::Structure(_) => structure(model, effect, name),
         Law::Sensor(_) => {
             let states = 0..model.machine_states();
             let found = states.clone().find(|&i| model.state_name(i) == name);

@@ -1,0 +1,102 @@
+//! Effects on a robot's structure, as further parameters of its dynamics
+//! ([`crate::dynamics::Dynamics::tree`]).
+
+use super::{Direction, Model, ModelEffect};
+use lacuna_effects::law::{BODY, TILT};
+use lacuna_effects::{Acts, AnyStructureLaw, BASE, Effect, Law, StructureLawIn};
+use lacuna_numbers::{Dual, Number};
+use std::ops::Range;
+
+/// The law of an effect on structure.
+fn law(e: &ModelEffect) -> Option<&'static dyn AnyStructureLaw> {
+    if let Law::Structure(law) = e.effect.law { Some(law) } else { None }
+}
+
+impl Model {
+    /// Parameters of the dynamics: those of the model, and behind them what these effects make of its
+    /// structure, where any does.
+    #[must_use]
+    pub fn with_structure(&self, parameters: &[f64], effects: &[ModelEffect]) -> Vec<f64> {
+        let plain = |law: &'static dyn AnyStructureLaw| law.plain();
+        self.appended(parameters.to_vec(), effects, plain, |_, e| e.internal())
+    }
+
+    /// The same with derivatives by internal parameters of effects that are among the directions, each in
+    /// its lane.
+    #[must_use]
+    pub fn with_structure_along(
+        &self,
+        parameters: Vec<Dual>,
+        effects: &[ModelEffect],
+        directions: &[(Direction, usize)],
+    ) -> Vec<Dual> {
+        let dual = |law: &'static dyn AnyStructureLaw| law.dual();
+        self.appended(parameters, effects, dual, |index, e| {
+            e.internal_along(Direction::of_effect(directions, index))
+        })
+    }
+
+    fn appended<T: Number>(
+        &self,
+        mut parameters: Vec<T>,
+        effects: &[ModelEffect],
+        in_this_number: impl Fn(&'static dyn AnyStructureLaw) -> &'static dyn StructureLawIn<T>,
+        internal: impl Fn(usize, &ModelEffect) -> Vec<T>,
+    ) -> Vec<T> {
+        for (index, e) in effects.iter().enumerate() {
+            let Some(law) = law(e) else { continue };
+            parameters.resize(self.structure_end(), T::constant(0.0));
+            let numbers = in_this_number(law).numbers(&internal(index, e));
+            let places = self.structure_of(e.effect.acts, e.channel);
+            for (sum, number) in parameters[places].iter_mut().zip(numbers) {
+                *sum = *sum + number;
+            }
+        }
+        parameters
+    }
+
+    /// Where the numbers of an effect on structure stand among the parameters of the dynamics.
+    #[must_use]
+    pub fn structure_of(&self, acts: Acts, channel: usize) -> Range<usize> {
+        let end = self.structure_end();
+        match acts {
+            Acts::Base => end - TILT..end,
+            _ => {
+                let begin = self.dynamics.sizes().parameters + BODY * channel;
+                begin..begin + BODY
+            }
+        }
+    }
+
+    /// Length of the dynamics' parameters with their structure.
+    #[must_use]
+    pub fn structure_end(&self) -> usize {
+        let bodies = self.dynamics.tree().map_or(0, |tree| tree.bodies.len());
+        self.dynamics.sizes().parameters + BODY * bodies + TILT
+    }
+
+    /// Coordinates whose forces an effect on structure changes along a given motion: the joints between a link
+    /// and the ground, or all that stand on the base.
+    #[must_use]
+    pub fn joints_under(&self, acts: Acts, channel: usize) -> Vec<usize> {
+        let Some(tree) = self.dynamics.tree() else { return vec![] };
+        if acts == Acts::Base {
+            return (0..tree.bodies.len()).collect();
+        }
+        let below = |&body: &usize| tree.bodies[body].parent;
+        let mut joints: Vec<usize> = std::iter::successors(Some(channel), below).collect();
+        joints.sort_unstable();
+        joints
+    }
+
+    /// Names of what an effect on structure can act on: the links that move, the base; nothing where the
+    /// model is no robot's.
+    #[must_use]
+    pub fn structures(&self, effect: &Effect) -> Vec<&str> {
+        match (self.dynamics.tree(), effect.acts) {
+            (None, _) => vec![],
+            (Some(_), Acts::Base) => vec![BASE],
+            (Some(tree), _) => tree.bodies.iter().map(|b| &*b.name).collect(),
+        }
+    }
+}
