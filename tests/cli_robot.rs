@@ -217,6 +217,35 @@ fn a_robot_that_is_as_its_file_says_carries_nothing() {
     assert_eq!(diagnosis["verdict"], "no_mismatch", "{diagnosis}");
 }
 
+/// What is recorded under other names is found, what is not recorded is held still, and nothing is written over.
+#[test]
+fn a_model_file_is_begun_from_a_robot_and_a_recording() {
+    let bench = Bench::new("");
+    let run = bench.record(0);
+    let recorded = std::fs::read_to_string(bench.path(&run)).expect("a file");
+    let renamed = recorded.replacen("t,shoulder,elbow,", "time,q_shoulder,other,", 1);
+    let renamed = renamed.replacen("shoulder_torque,elbow_torque", "shoulder_effort,more", 1);
+    std::fs::write(bench.path("log.csv"), renamed).expect("a file");
+    let said = bench.says(&["init", "arm.urdf", "log.csv"]);
+    assert!(said.contains("elbow: not in log.csv, held still"), "{said}");
+    assert!(said.contains("columns that no joint explains: other, more"), "{said}");
+    let model = Model::read(&bench.path("arm.toml")).expect("a model");
+    assert_eq!((model.coordinates.len(), &*model.coordinates[0].name), (1, "shoulder"));
+    let columns: Vec<&str> = model.measurements.iter().map(|m| &*m.column).collect();
+    assert_eq!(columns, ["q_shoulder", "shoulder_effort"]);
+    let checked = bench.says(&["check", "arm.toml", "log.csv"]);
+    assert!(checked.contains("shoulder_effort"), "{checked}");
+
+    let again = bench.run(&["init", "arm.urdf", "log.csv"]);
+    let said = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(!again.status.success() && said.contains("--out"), "{said}");
+    std::fs::write(bench.path("none.csv"), "t,a,b\n0,1,2\n1,2,3\n").expect("a file");
+    let none = bench.run(&["init", "arm.urdf", "none.csv", "--out", "none.toml"]);
+    let said = String::from_utf8_lossy(&none.stderr).into_owned();
+    assert!(said.contains("shoulder, elbow") && said.contains("a, b"), "{said}");
+    assert!(!bench.path("none.toml").exists());
+}
+
 #[test]
 fn a_robot_that_cannot_be_read_is_told_with_its_line() {
     let bench = Bench::new("");

@@ -11,6 +11,7 @@
 //! | step | crate |
 //! | --- | --- |
 //! | what moves: models, integrators | [`plants`] |
+//! | bodies that hang together by joints, from URDF or MJCF | [`rigid`] |
 //! | numbers with exact derivatives | [`numbers`] |
 //! | the catalogue of effects r can be made of | [`effects`] |
 //! | what drives and disturbs it | [`excitation`] |
@@ -37,3 +38,4 @@ pub use lacuna_plants as plants;
 pub use lacuna_realtime as realtime;
 pub use lacuna_recordings as recordings;
 pub use lacuna_report as report;
+pub use lacuna_rigid as rigid;

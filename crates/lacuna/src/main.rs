@@ -22,6 +22,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// The model file of a robot, to be edited, from its URDF or MJCF and a recording
+    Init(commands::init::Arguments),
     /// What is in the recordings, do they fit the model, is the excitation rich enough
     Check(commands::check::Arguments),
     /// Run the model on a recording's inputs; error per channel
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     interrupt::exit_when_interrupted();
     let result = match arguments.command {
+        Command::Init(a) => commands::init::run(&a),
         Command::Check(a) => commands::check::run(&a),
         Command::Simulate(a) => commands::simulate::run(&a),
         Command::Compare(a) => commands::compare::run(&a),

@@ -7,6 +7,7 @@ pub mod demo;
 pub mod diagnose;
 pub mod export;
 pub mod identify;
+pub mod init;
 mod kind;
 pub mod simulate;
 mod simulation;
