@@ -1,7 +1,7 @@
 //! Fits in windows that grow.
 
 use super::{Search, untried};
-use crate::likelihood::{Effort, FULL, Fit, FitError, Hypothesis, QUICK, STILL};
+use crate::likelihood::{Effort, End, FULL, Fit, FitError, Hypothesis, QUICK, STILL};
 
 /// Until nothing is gained.
 const LONG: Effort = Effort { steps: 60, least: 0.05 };
@@ -75,10 +75,16 @@ pub fn grow<'p>(base: &Fit<'p>, short: &Fit<'p>, begun: Fit<'p>) -> Result<Fit<'
     Ok(fit)
 }
 
-/// To the optimum, in the same windows.
+/// To the optimum, in the same windows. Few fits take long: those of many parameters that move together
+/// along a bent valley. What has not arrived is judged by what it has yet to gain.
 #[must_use]
 pub fn polish(fit: Fit) -> Fit {
-    match fit.refit(fit.hypothesis.clone(), FULL) {
+    let fit = improved(fit, FULL);
+    if fit.end == End::OutOfSteps { improved(fit, LONG) } else { fit }
+}
+
+fn improved(fit: Fit, effort: Effort) -> Fit {
+    match fit.refit(fit.hypothesis.clone(), effort) {
         Ok(better) if better.misfit() <= fit.misfit() => better,
         _ => fit,
     }
