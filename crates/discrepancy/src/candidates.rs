@@ -58,7 +58,9 @@ pub fn candidates(model: &Model, sensors: &[usize]) -> Vec<Candidate> {
                 other: None,
             })),
             Law::Structure(_) => {
+                // A rotor's inertia says no more than is known.
                 let all = 0..model.structures(effect).len();
+                let all = all.filter(|&channel| model.tells_structure(effect.acts, channel));
                 out.extend(all.map(|channel| Candidate { effect, channel, other: None }));
             }
         }

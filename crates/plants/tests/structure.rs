@@ -1,6 +1,7 @@
 //! What a robot carries and how it stands: a payload is mass that its file might have had, a tilt is
 //! another gravity.
 
+use lacuna_effects::Acts;
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{Augmentation, Direction, NewEffect, StepInput};
 use lacuna_plants::{Model, Plant, System};
@@ -196,6 +197,21 @@ fn mistakes_are_told() {
 }
 
 /// What a link carries is borne by the joints that carry the link.
+/// What turns about the vertical alone shows no more of a payload than a rotor would.
+#[test]
+fn a_payload_is_told_where_it_does_what_no_rotor_can() {
+    let folder = Folder::new();
+    let model = folder.model(None, "").expect("a model");
+    // Its axis is not quite vertical.
+    assert!(model.tells_structure(Acts::Links, 0) && model.tells_structure(Acts::Links, 1));
+    let upright = "gravity = [0, 0.48999, -9.797]\n";
+    let along: f64 = 9.797 * 0.05f64.tan();
+    let upright = folder.model(None, &upright.replace("0.48999", &format!("{along:.15}")));
+    let upright = upright.expect("a model");
+    assert!(!upright.tells_structure(Acts::Links, 0), "gravity is along the column's axis");
+    assert!(upright.tells_structure(Acts::Links, 1) && upright.tells_structure(Acts::Base, 0));
+}
+
 #[test]
 fn joints_bear_what_stands_on_them() {
     let folder = Folder::new();

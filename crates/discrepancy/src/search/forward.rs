@@ -164,7 +164,7 @@ impl<'p> Search<'p> {
         shortlist.retain(|s| {
             rank += 1;
             let class = s.term.candidate.effect.class;
-            let first = is_undervalued(s) && !structures.contains(&class);
+            let first = !near && is_undervalued(s) && !structures.contains(&class);
             if first {
                 structures.push(class);
             }
@@ -345,7 +345,7 @@ pub(super) fn settles(decision: &Decision, before: &Fit, after: &Fit, share: f64
 
 /// Whether a term may be worth far more than the screening says. There parameters move freely, and those of
 /// links do beyond their bounds what a change of structure does: of each class the best is fitted whatever
-/// promises more.
+/// promises more, while more than noise is left.
 fn is_undervalued(s: &Scored) -> bool {
     matches!(s.term.candidate.effect.law, Law::Structure(_))
 }

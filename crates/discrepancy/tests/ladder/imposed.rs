@@ -255,7 +255,7 @@ fn derivatives_of_the_force_along_a_recording_agree_with_differences() {
             filters: &[],
             substeps: 4,
         }
-        .linearise()
+        .linearise(1)
         .expect("it does not diverge")
     };
     let here = run(&fit.hypothesis);
