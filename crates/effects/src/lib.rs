@@ -64,7 +64,6 @@ mod payload;
 mod periodic_disturbance;
 mod position_damping;
 mod position_friction;
-mod preloaded_stiffness;
 mod prior;
 mod quadratic_drag;
 mod quadratic_loss;
@@ -113,7 +112,6 @@ pub static CATALOGUE: &[&Effect] = &[
     &input_damping::EFFECT,
     &constant_force::EFFECT,
     &linear_stiffness::EFFECT,
-    &preloaded_stiffness::EFFECT,
     &quadratic_stiffness::EFFECT,
     &cubic_stiffness::EFFECT,
     &added_inertia::EFFECT,

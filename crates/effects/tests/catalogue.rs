@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 47] = [
+const DESIGNED: [&str; 46] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -18,7 +18,6 @@ const DESIGNED: [&str; 47] = [
     "position_damping",
     "input_damping",
     "linear_stiffness",
-    "preloaded_stiffness",
     "quadratic_stiffness",
     "cubic_stiffness",
     "added_inertia",
@@ -113,7 +112,6 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("position_damping", &["N s/m^3"], &["N m s/rad^3"]),
         ("constant_force", &["N"], &["N m"]),
         ("linear_stiffness", &["N/m"], &["N m/rad"]),
-        ("preloaded_stiffness", &["N/m", "m"], &["N m/rad", "rad"]),
         ("quadratic_stiffness", &["N/m^2"], &["N m/rad^2"]),
         ("cubic_stiffness", &["N/m^3"], &["N m/rad^3"]),
         ("added_inertia", &["N s^2/m"], &["N m s^2/rad"]),

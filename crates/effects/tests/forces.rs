@@ -82,7 +82,6 @@ fn friction_far_above_the_smoothing_velocity_has_its_full_magnitude() {
 fn laws_of_position_and_time_obey_their_formulas() {
     obeys("constant_force", &[-3.2], |_| -3.2);
     obeys("linear_stiffness", &[7.0], |p| -7.0 * p.q);
-    obeys("preloaded_stiffness", &[7.0, 0.3], |p| -7.0 * (p.q - 0.3));
     obeys("quadratic_stiffness", &[-4.0], |p| 4.0 * p.q * p.q);
     obeys("cubic_stiffness", &[4.0], |p| -4.0 * p.q * p.q * p.q);
     obeys("gravity_torque", &[9.0], |p| -9.0 * p.q.sin());

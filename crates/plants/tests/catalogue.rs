@@ -63,7 +63,6 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("position_damping", "coefficient = 5", &["q1", "q2"]),
     ("constant_force", "force = 0.3", &["q2", "h1"]),
     ("linear_stiffness", "stiffness = 2.0", &["q1"]),
-    ("preloaded_stiffness", "stiffness = 2.0\nreference = 0.1", &["q1"]),
     ("quadratic_stiffness", "stiffness = 2.0", &["q1"]),
     ("cubic_stiffness", "stiffness = 2.0", &["q1"]),
     ("added_inertia", "inertia = 0.2", &["q1", "q2"]),
