@@ -7,21 +7,147 @@
 //!
 //! Outputs of one sample are taken one after the other, so that nothing is inverted.
 
+use super::lanes::Lanes;
+use lacuna_numbers::Linear;
+use std::ops::{Mul, Sub};
+
+/// What a covariance is made of: a number, or several side by side.
+pub(super) trait Entry: Linear + Sub<Output = Self> + Mul<Output = Self> {
+    /// 1 / sqrt(x).
+    fn inverse_root(self) -> Self;
+
+    /// `self + other factor`.
+    fn plus(self, other: Self, factor: f64) -> Self;
+}
+
+impl Entry for f64 {
+    #[inline(always)]
+    fn inverse_root(self) -> Self {
+        self.sqrt().recip()
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self, factor: f64) -> Self {
+        self + other * factor
+    }
+}
+
+impl Entry for Lanes {
+    #[inline(always)]
+    fn inverse_root(self) -> Self {
+        self.map(f64::inverse_root)
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self, factor: f64) -> Self {
+        Self(std::array::from_fn(|l| other.0[l].mul_add(factor, self.0[l])))
+    }
+}
+
 /// A covariance under way.
 #[derive(Clone, Debug)]
-pub(super) struct Covariance {
+pub(super) struct Covariance<T = f64> {
     width: usize,
     /// Row-major, symmetric.
-    p: Vec<f64>,
-    room: Vec<f64>,
+    p: Vec<T>,
+    room: Vec<T>,
+}
+
+impl<T: Entry> Covariance<T> {
+    /// Of a state that is known.
+    pub(super) fn known(width: usize) -> Self {
+        Self { width, p: vec![T::ZERO; width * width], room: vec![T::ZERO; width * width] }
+    }
+
+    /// `c P c^T`, with `P c^T` in `projected`.
+    #[inline(always)]
+    pub(super) fn seen_by(&self, c: &[f64], projected: &mut [T]) -> T {
+        // Most outputs are an entry of the state.
+        let mut seen = c.iter().enumerate().filter(|(_, c)| **c != 0.0);
+        if let (Some((l, c)), None) = (seen.next(), seen.next()) {
+            let row = &self.p[l * self.width..(l + 1) * self.width];
+            projected.iter_mut().zip(row).for_each(|(to, p)| *to = *p * *c);
+            return projected[l] * *c;
+        }
+        for (row, p) in self.p.chunks_exact(self.width).zip(projected.iter_mut()) {
+            *p = weighted(row, c);
+        }
+        weighted(projected, c)
+    }
+
+    /// Take up what an output says whose row is `c` and whose noise has variance `r`: the variance s
+    /// of its innovation, and the gain g by which one standard deviation of it moves the state.
+    #[inline(always)]
+    pub(super) fn measure(&mut self, c: &[f64], r: T, gain: &mut [T]) -> T {
+        let s = self.seen_by(c, gain) + r;
+        let scale = s.inverse_root();
+        gain.iter_mut().for_each(|g| *g = *g * scale);
+        for (row, a) in self.p.chunks_exact_mut(self.width).zip(&*gain) {
+            row.iter_mut().zip(&*gain).for_each(|(p, b)| *p = *p - *a * *b);
+        }
+        s
+    }
+
+    /// A step of the map whose rows, of `stride` entries, begin with those of A; what drives it
+    /// stands in the columns `driven` of the map, each with its variance.
+    #[inline(always)]
+    pub(super) fn step(&mut self, map: &[f64], stride: usize, driven: &[(usize, T)]) {
+        let n = self.width;
+        let row = |i: usize| &map[i * stride..i * stride + n];
+        // P is symmetric: its rows are its columns.
+        for (i, room) in self.room.chunks_exact_mut(n).enumerate() {
+            products(&self.p, row(i), room);
+        }
+        for (j, p) in self.p.chunks_exact_mut(n).enumerate() {
+            products(&self.room, row(j), &mut p[..=j]);
+        }
+        for (at, q) in driven {
+            for (j, p) in self.p.chunks_exact_mut(n).enumerate() {
+                let own = *q * map[j * stride + at];
+                for (i, p) in p[..=j].iter_mut().enumerate() {
+                    *p = p.plus(own, map[i * stride + at]);
+                }
+            }
+        }
+        for j in 0..n {
+            for i in 0..j {
+                self.p[i * n + j] = self.p[j * n + i];
+            }
+        }
+    }
+}
+
+/// Products of the rows of a matrix with a vector. Several rows at a time: sums that wait for nothing
+/// but themselves are slow.
+#[inline(always)]
+fn products<T: Entry>(rows: &[T], weights: &[f64], out: &mut [T]) {
+    const AT_ONCE: usize = 4;
+    let n = weights.len();
+    let mut blocks = out.chunks_exact_mut(AT_ONCE);
+    let mut rest = rows;
+    for block in &mut blocks {
+        let (own, after) = rest.split_at(AT_ONCE * n);
+        rest = after;
+        let mut sums = [T::ZERO; AT_ONCE];
+        for (l, w) in weights.iter().enumerate() {
+            for (b, sum) in sums.iter_mut().enumerate() {
+                *sum = sum.plus(own[b * n + l], *w);
+            }
+        }
+        block.copy_from_slice(&sums);
+    }
+    for (out, row) in blocks.into_remainder().iter_mut().zip(rest.chunks_exact(n)) {
+        *out = weighted(row, weights);
+    }
+}
+
+/// Their sum with these weights.
+#[inline(always)]
+pub(super) fn weighted<T: Entry>(a: &[T], b: &[f64]) -> T {
+    a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum.plus(*a, *b))
 }
 
 impl Covariance {
-    /// Of a state that is known.
-    pub(super) fn known(width: usize) -> Self {
-        Self { width, p: vec![0.0; width * width], room: vec![0.0; width * width] }
-    }
-
     /// Of a state whose entries have these variances, and nothing in common.
     pub(super) fn of(variances: &[f64]) -> Self {
         let mut this = Self::known(variances.len());
@@ -36,26 +162,6 @@ impl Covariance {
         self.p.iter().step_by(self.width + 1).copied().collect()
     }
 
-    /// `c P c^T`, with `P c^T` in `projected`.
-    pub(super) fn seen_by(&self, c: &[f64], projected: &mut [f64]) -> f64 {
-        for (row, p) in self.p.chunks_exact(self.width).zip(projected.iter_mut()) {
-            *p = row.iter().zip(c).map(|(a, b)| a * b).sum();
-        }
-        projected.iter().zip(c).map(|(a, b)| a * b).sum()
-    }
-
-    /// Take up what an output says whose row is `c` and whose noise has variance `r`: the variance s
-    /// of its innovation, and the gain g by which one standard deviation of it moves the state.
-    pub(super) fn measure(&mut self, c: &[f64], r: f64, gain: &mut [f64]) -> f64 {
-        let s = self.seen_by(c, gain) + r;
-        let scale = s.sqrt().recip();
-        gain.iter_mut().for_each(|g| *g *= scale);
-        for (row, a) in self.p.chunks_exact_mut(self.width).zip(&*gain) {
-            row.iter_mut().zip(&*gain).for_each(|(p, b)| *p -= a * b);
-        }
-        s
-    }
-
     /// What a gain that was made for another covariance leaves: `M P M^T + r g g^T / s` with
     /// `M = 1 - g c / sqrt(s)`.
     pub(super) fn corrected(&mut self, c: &[f64], r: f64, gain: &[f64], s: f64) {
@@ -67,29 +173,6 @@ impl Covariance {
             for j in 0..n {
                 let (a, b) = (gain[i] * scale, gain[j] * scale);
                 self.p[i * n + j] += a * b * (seen + r) - a * projected[j] - b * projected[i];
-            }
-        }
-    }
-
-    /// A step of the map whose rows, of `stride` entries, begin with those of A; what drives it
-    /// stands in the columns `driven` of the map, each with its variance.
-    pub(super) fn step(&mut self, map: &[f64], stride: usize, driven: &[(usize, f64)]) {
-        let n = self.width;
-        for i in 0..n {
-            let row = &map[i * stride..i * stride + n];
-            for j in 0..n {
-                self.room[i * n + j] = (0..n).map(|l| row[l] * self.p[l * n + j]).sum();
-            }
-        }
-        for i in 0..n {
-            for j in 0..=i {
-                let row = &map[j * stride..j * stride + n];
-                let own: f64 = (0..n).map(|l| self.room[i * n + l] * row[l]).sum();
-                let noise =
-                    driven.iter().map(|(at, q)| q * map[i * stride + at] * map[j * stride + at]);
-                let sum = own + noise.sum::<f64>();
-                self.p[i * n + j] = sum;
-                self.p[j * n + i] = sum;
             }
         }
     }

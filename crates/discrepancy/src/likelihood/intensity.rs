@@ -11,64 +11,72 @@
 //! so that nothing is simulated again.
 
 use super::coloured::{self, Colour};
-use super::covariance::Covariance;
+use super::covariance::{Covariance, Entry, weighted};
+use super::lanes::Lanes;
 use super::maps::Maps;
 use super::sweep::Run;
 use super::{Filter, Fit, FitError, Problem, ProcessNoise, Window};
+use lacuna_numbers::{LANES, Linear};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use std::array::from_fn;
 
 /// Samples along which intensities are sought: the error of a variance from so many is 2 %.
 const ENOUGH: usize = 4_000;
-/// Intensities that are tried, as shares of the channel's own magnitude, by this factor.
+/// Intensities that are tried, as shares of the channel's own magnitude.
 const LEAST: f64 = 1e-4;
 const MOST: f64 = 10.0;
-const FACTOR: f64 = 4.0;
 /// Noise of an output, over what its samples show.
 const LARGEST: f64 = 1e4;
 /// Noise on an input, over what the input shows: estimates of either are good to a few percent.
 const SHOWN: f64 = 1.2;
-/// Refinements of the best of them: to half a percent, so that two sources that are the same differ by
-/// less than a nat in thousands of samples.
-const REFINEMENTS: usize = 7;
+/// By which factor an intensity moves at most where another comes beside it.
+const REACH: f64 = 4.0;
+/// How near the best of them the search ends: two sources that are the same then differ by less
+/// than a nat in thousands of samples.
+const NEAR: f64 = 1.005;
 
 /// The most likely intensities along a fit, and by how many nats they are ahead of none. A source
-/// of noise must gain `worth` nats beside the others; what the model states of an input stands.
+/// of noise must gain `worth` nats beside the others; what the model states of an input stands. Where
+/// intensities are known already that are nearly those, they are sought from there.
 ///
 /// # Errors
 /// [`FitError::Diverged`].
-pub fn most_likely(fit: &Fit, worth: f64) -> Result<(ProcessNoise, f64), FitError> {
+pub fn most_likely(
+    fit: &Fit,
+    worth: f64,
+    near: Option<&ProcessNoise>,
+) -> Result<(ProcessNoise, f64), FitError> {
     let problem = fit.problem;
     let none = ProcessNoise::none(problem);
     let all = maps(fit, fit.noise.as_deref().unwrap_or(&none))?;
     let along = Along::new(problem, fit, &all, ENOUGH);
     let sources = Source::all(&none);
     let begin = along.log_likelihood(&none);
-    let mut here = ProcessNoise::stated(problem);
-    let mut best = if here.is_none() { begin } else { along.log_likelihood(&here) };
     let is_stated =
         |s: &Source| matches!(*s, Source::Input(j) if problem.model.inputs[j].noise.is_some());
     let mut used: Vec<Source> = sources.iter().copied().filter(is_stated).collect();
     let stated = used.len();
+    let mut here = near.cloned().unwrap_or_else(|| ProcessNoise::stated(problem));
+    let known = |s: &Source| !is_stated(s) && *s.of(&mut here.clone()) != *s.of(&mut none.clone());
+    used.extend(sources.iter().copied().filter(known));
+    let mut best = if here.is_none() { begin } else { along.log_likelihood(&here) };
+    along.share_out(&used[stated..], &mut best, &mut here);
     loop {
         // What nothing drives has the noise that it shows.
         let drives = |s: &Source| !here.is_none() || !matches!(s, Source::Output(_));
         let left = sources.iter().copied().filter(|s| !used.contains(s) && drives(s));
-        let tried = left.map(|s| (along.best_of(&here, s), s));
         // Inputs come first: a force that does no better than noise on one of them is that.
         let better = |a: Tried, b: Tried| if b.0.0 > a.0.0 + worth { b } else { a };
-        let Some(((gained, noise), source)) = tried.reduce(better) else { break };
+        let tried = along.best_of_any(&here, left.collect());
+        let Some(((gained, noise), source)) = tried.into_iter().reduce(better) else { break };
         if gained < best + worth {
             break;
         }
         (best, here) = (gained, noise);
-        used.push(source);
         // Those before it have shared its work.
-        for &source in used[stated..].iter().rev().skip(1) {
-            let (gained, noise) = along.best_of(&here, source);
-            if gained > best {
-                (best, here) = (gained, noise);
-            }
-        }
+        along.share_out(&used[stated..], &mut best, &mut here);
+        used.push(source);
     }
     Ok((here, best - begin))
 }
@@ -134,6 +142,18 @@ impl Source {
     }
 }
 
+/// Intensities of a source that were tried.
+#[derive(Clone, Copy)]
+struct Scan {
+    source: Source,
+    /// The best of them: log likelihood, share.
+    best: (f64, f64),
+    /// The factor from each to the next.
+    step: f64,
+    /// What may be found between them.
+    hope: f64,
+}
+
 /// Some windows of a fit, linearised.
 struct Along<'a> {
     problem: &'a Problem<'a>,
@@ -152,28 +172,76 @@ impl<'a> Along<'a> {
         Self { problem, windows }
     }
 
-    /// The most likely intensity of one source beside the others: the log likelihood with it, and
-    /// all of them.
-    fn best_of(&self, others: &ProcessNoise, source: Source) -> (f64, ProcessNoise) {
-        let unit = self.unit(source);
-        let with = |share: f64| {
-            let mut noise = others.clone();
-            *source.of(&mut noise) = share * unit;
-            noise
-        };
-        let (least, most) = self.range(source);
-        let count = ((most / least).ln() / FACTOR.ln()).ceil() as i32;
-        let shares: Vec<f64> = (0..=count).map(|k| (least * FACTOR.powi(k)).min(most)).collect();
-        let at = |share: f64| (self.log_likelihood(&with(share)), share);
-        let coarse: Vec<(f64, f64)> = shares.into_par_iter().map(at).collect();
-        let mut best = coarse.into_iter().fold((f64::NEG_INFINITY, 0.0), larger);
-        let mut step = FACTOR.sqrt();
-        for _ in 0..REFINEMENTS {
-            best =
-                larger(larger(best, at((best.1 * step).min(most))), at((best.1 / step).max(least)));
-            step = step.sqrt();
+    /// The most likely intensities of some sources, one after the other from the last, each within a
+    /// factor of [`REACH`] of what it is.
+    fn share_out(&self, sources: &[Source], best: &mut f64, here: &mut ProcessNoise) {
+        for &source in sources.iter().rev() {
+            let share = *source.of(here) / self.unit(source);
+            let scan = Scan { source, best: (*best, share), step: REACH, hope: *best };
+            let (gained, noise) = self.refined(here, scan);
+            if gained > *best {
+                (*best, *here) = (gained, noise);
+            }
         }
-        (best.0, with(best.1))
+    }
+
+    /// The most likely intensity of each source beside the others, of those that may be the best.
+    fn best_of_any(&self, others: &ProcessNoise, sources: Vec<Source>) -> Vec<Tried> {
+        let scans: Vec<Scan> = sources.into_par_iter().map(|s| self.scan(others, s)).collect();
+        let top = scans.iter().map(|s| s.best.0).fold(f64::NEG_INFINITY, f64::max);
+        let hopeful: Vec<Scan> = scans.into_iter().filter(|s| s.hope >= top).collect();
+        hopeful.into_par_iter().map(|s| (self.refined(others, s), s.source)).collect()
+    }
+
+    /// Beside the others, intensities of one source from the least to the most: twice as many as are tried
+    /// at once.
+    fn scan(&self, others: &ProcessNoise, source: Source) -> Scan {
+        const COUNT: usize = 2 * LANES;
+        let (least, most) = self.range(source);
+        let step = (most / least).powf(1.0 / (COUNT - 1) as f64);
+        let share = |k: usize| least * step.powi(k as i32);
+        let at = |first: usize| self.try_all(others, source, from_fn(|k| share(first + k))).0;
+        let all: Vec<f64> = at(0).into_iter().chain(at(LANES)).collect();
+        let best = (0..COUNT).rev().max_by(|a, b| all[*a].total_cmp(&all[*b])).unwrap_or(0);
+        let hope = match best {
+            0 => 2.0 * all[0] - all[1],
+            k if k + 1 == COUNT => 2.0 * all[k] - all[k - 1],
+            // By as much again as a parabola through it and its neighbours is higher.
+            k => {
+                all[k]
+                    + 0.25 * (all[k - 1] - all[k + 1]).powi(2)
+                        / (2.0 * all[k] - all[k - 1] - all[k + 1])
+            }
+        };
+        let hope = if hope.is_nan() { f64::INFINITY } else { hope };
+        Scan { source, best: (all[best], share(best)), step, hope }
+    }
+
+    /// The most likely intensity of a source beside the others: the log likelihood with it, and all of
+    /// them. About the best so far as many are tried between its neighbours as go at once, until those are
+    /// near.
+    fn refined(&self, others: &ProcessNoise, scan: Scan) -> (f64, ProcessNoise) {
+        let Scan { source, mut best, mut step, .. } = scan;
+        let (least, most) = self.range(source);
+        while step > NEAR {
+            let begin = best.1 / step;
+            step = step.powf(2.0 / (LANES + 1) as f64);
+            let shares = from_fn(|k| (begin * step.powi(k as i32 + 1)).clamp(least, most));
+            let all = self.try_all(others, source, shares).0;
+            best = all.into_iter().zip(shares).fold(best, larger);
+        }
+        (best.0, self.with(others, source, best.1))
+    }
+
+    /// The log likelihoods of some shares of a source beside the others.
+    fn try_all(&self, others: &ProcessNoise, source: Source, shares: [f64; LANES]) -> Lanes {
+        self.log_likelihoods(&shares.map(|share| self.with(others, source, share)))
+    }
+
+    fn with(&self, others: &ProcessNoise, source: Source, share: f64) -> ProcessNoise {
+        let mut noise = others.clone();
+        *source.of(&mut noise) = share * self.unit(source);
+        noise
     }
 
     /// The shares that are tried: noise on a recorded input shows in the recording itself, and an
@@ -200,45 +268,76 @@ impl<'a> Along<'a> {
     }
 
     fn log_likelihood(&self, noise: &ProcessNoise) -> f64 {
-        let sum: f64 = self.windows.par_iter().map(|w| self.of_window(w, noise)).sum();
-        if sum.is_finite() { sum } else { f64::NEG_INFINITY }
+        self.log_likelihoods(&from_fn(|_| noise.clone())).0[0]
     }
 
-    fn of_window(&self, (w, maps, filter, rows): &Linearised, noise: &ProcessNoise) -> f64 {
+    /// The log likelihood with each of several noises.
+    fn log_likelihoods(&self, noises: &[ProcessNoise; LANES]) -> Lanes {
+        let of_window = |window| Arch::new().dispatch(Filtering { along: self, window, noises });
+        let all: Vec<Lanes> = self.windows.par_iter().map(of_window).collect();
+        // In order: sums do not depend on who is first.
+        let sum = all.into_iter().fold(Lanes::ZERO, |sum, one| sum + one);
+        sum.map(|sum| if sum.is_finite() { sum } else { f64::NEG_INFINITY })
+    }
+}
+
+/// The log likelihood of a window with each of several noises, to be dispatched.
+struct Filtering<'w, 'a> {
+    along: &'w Along<'a>,
+    window: &'w Linearised<'a>,
+    noises: &'w [ProcessNoise; LANES],
+}
+
+impl WithSimd for Filtering<'_, '_> {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Lanes {
+        let Self { along, window: (w, maps, filter, rows), noises } = self;
         let n = maps.width;
-        let times = &self.problem.dataset.recordings[w.recording].times;
+        let times = &along.problem.dataset.recordings[w.recording].times;
         let mut unknown = Covariance::known(n);
-        let (mut delta, mut next, mut gain) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        let mut sum = 0.0;
+        let mut delta = vec![Lanes::ZERO; n];
+        let (mut next, mut gain, mut moved) = (delta.clone(), delta.clone(), vec![0.0; n]);
+        let outputs: Vec<Lanes> = (0..noises[0].outputs.len())
+            .map(|o| Lanes(from_fn(|l| noises[l].outputs[o].powi(2))))
+            .collect();
+        let mut sum = Lanes::ZERO;
         let per_sample = rows.len() / w.range.len();
         for (at, k) in w.range.clone().enumerate() {
             let rows = &rows[at * per_sample..(at + 1) * per_sample];
             let innovations = filter.innovations(at);
-            next.fill(0.0);
-            filter.correct(at, innovations, &mut next);
-            let rows = rows.chunks_exact(n).zip(&noise.outputs).enumerate();
+            moved.fill(0.0);
+            filter.correct(at, innovations, &mut moved);
+            let rows = rows.chunks_exact(n).zip(&outputs).enumerate();
             for (o, (c, r)) in rows.filter(|(o, _)| filter.measured(at, *o)) {
-                let seen: f64 = c.iter().zip(&delta).map(|(c, d)| c * d).sum();
-                let s = unknown.measure(c, r * r, &mut gain);
-                let z = (innovations[o] - seen) / s.sqrt();
-                delta.iter_mut().zip(&gain).for_each(|(d, g)| *d += g * z);
-                sum -= 0.5 * (z * z + s.ln());
+                let left = weighted(&delta, c).map(|seen| innovations[o] - seen);
+                let s = unknown.measure(c, *r, &mut gain);
+                let z = left * s.inverse_root();
+                delta.iter_mut().zip(&gain).for_each(|(d, g)| *d = *d + *g * z);
+                sum = sum + (z * z + s.map(f64::ln)) * -0.5;
             }
             // What the fit's own filter has moved is no deviation from it.
-            delta.iter_mut().zip(&next).for_each(|(d, moved)| *d -= moved);
+            delta.iter_mut().zip(&moved).for_each(|(d, moved)| *d = d.map(|d| d - moved));
             if k + 1 == times.len() {
                 break;
             }
             let (map, stride) = (maps.step(k), maps.stride());
             for (i, next) in next.iter_mut().enumerate() {
-                let row = &map[i * stride..i * stride + n];
-                *next = row.iter().zip(&delta).map(|(a, d)| a * d).sum();
+                *next = weighted(&delta, &map[i * stride..i * stride + n]);
             }
             std::mem::swap(&mut delta, &mut next);
-            unknown.step(map, stride, &noise.driven(n, times[k + 1] - times[k]));
+            unknown.step(map, stride, &driven(noises, n, times[k + 1] - times[k]));
         }
         sum
     }
+}
+
+/// [`ProcessNoise::driven`] of several.
+fn driven(noises: &[ProcessNoise; LANES], width: usize, dt: f64) -> Vec<(usize, Lanes)> {
+    let of = |k: usize| Lanes(from_fn(|l| noises[l].variance(k, dt)));
+    let all = (0..noises[0].drivers()).map(|k| (width + k, of(k)));
+    all.filter(|(_, q)| q.0.iter().any(|q| *q > 0.0)).collect()
 }
 
 fn larger(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {

@@ -2,7 +2,7 @@
 
 use lacuna_numbers::{LANES, Linear};
 use pulp::Simd;
-use std::ops::{Add, Mul};
+use std::ops::{Add, Mul, Sub};
 
 /// [`LANES`] numbers to which the same is done: one vector of the widest machines.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,12 @@ impl Lanes {
             *sum = simd.mul_add_e_f64s(*a, *b, *sum);
         }
     }
+
+    /// A function of each.
+    #[inline(always)]
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self(self.0.map(f))
+    }
 }
 
 impl Add for Lanes {
@@ -39,12 +45,30 @@ impl Add for Lanes {
     }
 }
 
+impl Sub for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(std::array::from_fn(|l| self.0[l] - other.0[l]))
+    }
+}
+
+impl Mul for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(std::array::from_fn(|l| self.0[l] * other.0[l]))
+    }
+}
+
 impl Mul<f64> for Lanes {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        Self(self.0.map(|x| x * factor))
+        self.map(|x| x * factor)
     }
 }
 

@@ -61,9 +61,20 @@ impl ProcessNoise {
     /// The columns of a map of `width` states, forces and inputs that are driven over a step of
     /// `dt`, each with its variance there.
     pub(super) fn driven(&self, width: usize, dt: f64) -> Vec<(usize, f64)> {
-        let forces = self.forces.iter().enumerate().map(|(c, s)| (width + c, s * s / dt));
-        let inputs = width + self.forces.len();
-        let inputs = self.inputs.iter().enumerate().map(move |(j, s)| (inputs + j, s * s));
-        forces.chain(inputs).filter(|(_, q)| *q > 0.0).collect()
+        let all = (0..self.drivers()).map(|k| (width + k, self.variance(k, dt)));
+        all.filter(|(_, q)| *q > 0.0).collect()
+    }
+
+    /// Number of forces and inputs.
+    pub(super) fn drivers(&self) -> usize {
+        self.forces.len() + self.inputs.len()
+    }
+
+    /// Variance of a force, or, after all of those, of an input, over a step of `dt`.
+    pub(super) fn variance(&self, driver: usize, dt: f64) -> f64 {
+        match driver.checked_sub(self.forces.len()) {
+            None => self.forces[driver].powi(2) / dt,
+            Some(j) => self.inputs[j].powi(2),
+        }
     }
 }

@@ -133,8 +133,9 @@ impl<'p> Search<'p> {
         if fit.noise.is_none() && fit.reduced() < self.decision.noise {
             return Ok(Quieted { fit, gone: true });
         }
-        for _ in 0..ROUNDS {
-            let (noise, gained) = intensity::most_likely(&fit, self.decision.tie)?;
+        for round in 0..ROUNDS {
+            let near = fit.noise.as_deref().filter(|_| round > 0);
+            let (noise, gained) = intensity::most_likely(&fit, self.decision.tie, near)?;
             if noise.is_none() || gained < self.decision.prior_odds {
                 return Ok(Quieted { fit, gone: true });
             }

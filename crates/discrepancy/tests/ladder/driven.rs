@@ -105,7 +105,7 @@ fn the_intensity_of_noise_on_an_input_is_found_and_none_where_there_is_none() {
         let half = ProcessNoise { inputs: vec![0.5 * sd], ..ProcessNoise::none(&problem) };
         let half = (share > 0.0).then(|| Arc::new(half));
         let fit = begun.driven_by(half, FULL).and_then(|f| f.at_level(0, FULL)).expect("a fit");
-        let (noise, gained) = intensity::most_likely(&fit, 2.0).expect("likelihoods");
+        let (noise, gained) = intensity::most_likely(&fit, 2.0, None).expect("likelihoods");
         if share > 0.0 {
             let found = noise.inputs[0];
             assert!((found / sd - 1.0).abs() < 0.25, "seed {seed}: {found} for {sd}");

@@ -38,7 +38,8 @@ fn noise_that_is_stated_is_not_estimated() {
         let begun = Fit::begin(&problem, Hypothesis::of(&model), 3).expect("a fit");
         let half = ProcessNoise { inputs: vec![0.5 * sd], ..ProcessNoise::none(&problem) };
         let fit = begun.driven_by(Some(Arc::new(half)), FULL).and_then(|f| f.at_level(0, FULL));
-        let (noise, _) = intensity::most_likely(&fit.expect("a fit"), 2.0).expect("likelihoods");
+        let (noise, _) =
+            intensity::most_likely(&fit.expect("a fit"), 2.0, None).expect("likelihoods");
         assert_eq!(noise.inputs, [stated], "{noise:?}");
         // What is not noise on the input is a force then.
         assert!(stated > 0.0 || noise.forces[0] > 0.0, "{noise:?}");
