@@ -86,9 +86,8 @@ impl Model {
         if acts == Acts::Base {
             return (0..tree.bodies.len()).collect();
         }
-        let below = |&body: &usize| tree.bodies[body].parent;
-        let mut joints: Vec<usize> = std::iter::successors(Some(channel), below).collect();
-        joints.sort_unstable();
+        let mut joints: Vec<usize> = tree.path(channel).collect();
+        joints.reverse();
         joints
     }
 

@@ -327,7 +327,7 @@ fn assume_rotors(model: &mut Model, tree: &Tree) {
     for (i, body) in tree.bodies.iter().enumerate() {
         let kind = body.joint.kind;
         let alike = |&p: &usize| tree.bodies[p].joint.kind == kind && moved[p] > 0.0;
-        let before = tree.before(i).find(alike);
+        let before = tree.path(i).skip(1).find(alike);
         let (0.0, true, Some(before)) = (moved[i], body.inertia.mass > 0.0, before) else {
             continue;
         };
