@@ -5,7 +5,7 @@ pub mod mjcf;
 pub mod oracle;
 
 use lacuna_excitation::rng;
-use lacuna_rigid::{Dynamics, Room, Tree};
+use lacuna_rigid::{Dynamics, Robot, RobotError, Room, Tree};
 use rand::{Rng, RngExt};
 use std::fmt::Write;
 
@@ -74,6 +74,20 @@ pub fn drawn_states(n: usize, count: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut rng = rng(seed, 1);
     let mut state = || (0..2 * n).map(|_| rng.random_range(-3.0..3.0)).collect();
     (0..count).map(|_| state()).collect()
+}
+
+/// A text in which something is replaced, the line of what is wrong then, and words that are said of it.
+pub type Wrong<'a> = (&'a str, &'a str, u32, &'a [&'a str]);
+
+pub fn assert_refused(read: fn(&str) -> Result<Robot, RobotError>, text: &str, cases: &[Wrong]) {
+    for (from, to, line, words) in cases {
+        assert!(text.contains(from), "{from}");
+        let RobotError { line: found, message } = read(&text.replace(from, to)).expect_err(to);
+        assert_eq!(found, Some(*line), "{from} -> {to}: {message}");
+        for word in *words {
+            assert!(message.contains(word), "{from} -> {to}: {message}");
+        }
+    }
 }
 
 /// M and h of a tree whose bodies are as its file says.
