@@ -1,12 +1,14 @@
 //! A model whose equations are those of a robot's own file.
 
+mod support;
+
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::model::{
     Augmentation, Direction, ModelEffect, NewEffect, StepInput, Strand, Uncertainty, Workspace,
     advance_together,
 };
 use lacuna_plants::{Model, Plant, System};
-use std::path::PathBuf;
+use support::Folder;
 
 /// Two links that swing in the x-z plane, a slide at the end, and a gripper.
 const ARM: &str = r#"<robot name="arm">
@@ -38,28 +40,15 @@ locked = ["grip_*"]
 tolerance = { mass = 0.05, com = 0.01, inertia = 0.1 }
 "#;
 
-struct Folder(tempfile::TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        let folder = Self(tempfile::tempdir().expect("a folder"));
-        std::fs::write(folder.file("arm.urdf"), ARM).expect("a file");
-        folder
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn model(&self, text: &str) -> Result<Model, String> {
-        let file = self.file("model.toml").display().to_string();
-        Model::from_text(text, &file).map_err(|e| e.to_string())
-    }
+fn arm() -> Folder {
+    let folder = Folder::new();
+    folder.write("arm.urdf", ARM);
+    folder
 }
 
 #[test]
 fn its_joints_are_the_models_coordinates() {
-    let model = Folder::new().model(MODEL).expect("a model");
+    let model = arm().model(MODEL).expect("a model");
     let names: Vec<_> = (0..6).map(|s| (model.state_name(s), model.state_unit(s))).collect();
     let expected = [
         ("shoulder", "rad"),
@@ -90,7 +79,7 @@ fn its_joints_are_the_models_coordinates() {
 /// The state's rates, with derivatives by all that they depend on, against differences.
 #[test]
 fn derivatives_are_exact() {
-    let model = Folder::new().model(MODEL).expect("a model");
+    let model = arm().model(MODEL).expect("a model");
     let values = model.values();
     let sizes = model.dynamics().sizes();
     let variables: Vec<f64> =
@@ -168,7 +157,7 @@ fn end(model: &Model, all: &[f64]) -> Vec<f64> {
 /// The derivatives of a whole simulation, all directions side by side, against differences.
 #[test]
 fn a_simulation_carries_its_derivatives() {
-    let model = Folder::new().model(&format!("{MODEL}{EFFECTS}")).expect("a model");
+    let model = arm().model(&format!("{MODEL}{EFFECTS}")).expect("a model");
     let mut all = model.values();
     all.extend(model.effects.iter().flat_map(ModelEffect::internal));
     let parameters = model.parameters.len();
@@ -230,7 +219,7 @@ fn a_simulation_carries_its_derivatives() {
 /// Without friction and torque its energy stays: that of the bodies' motion in M, and of their height.
 #[test]
 fn energy_is_kept() {
-    let folder = Folder::new();
+    let folder = arm();
     let free = format!(
         "{MODEL}[parameters]\n\"shoulder.damping\" = {{ value = 0 }}\n\"shoulder.friction\" = {{ value = 0 }}\n"
     );
@@ -278,7 +267,7 @@ fn energy_is_kept() {
 
 #[test]
 fn what_is_found_is_written_beside_the_robot() {
-    let folder = Folder::new();
+    let folder = arm();
     let text = format!(
         "{MODEL}[parameters]\n\"slide.armature\" = {{ value = 0.2, unit = \"kg\", std = 0.1 }}\n"
     );
@@ -310,7 +299,7 @@ fn what_is_found_is_written_beside_the_robot() {
 
 #[test]
 fn mistakes_are_told_with_their_place() {
-    let folder = Folder::new();
+    let folder = arm();
     let cases: [(&str, &str, &[&str]); 9] = [
         ("arm.urdf", "leg.urdf", &["model.toml:3", "leg.urdf", "cannot be read"]),
         ("grip_*", "wrist_*", &["model.toml:4", "wrist_*", "shoulder, elbow, slide, grip_left"]),
@@ -341,20 +330,20 @@ fn mistakes_are_told_with_their_place() {
         }
     }
     // Mistakes in the robot's file are told with its own lines.
-    std::fs::write(folder.file("arm.urdf"), ARM.replace("value=\"2\"", "value=\"-2\"")).unwrap();
+    folder.write("arm.urdf", ARM.replace("value=\"2\"", "value=\"-2\""));
     let said = folder.model(MODEL).expect_err("a negative mass");
     assert!(said.contains("arm.urdf:3") && said.contains("upper"), "{said}");
     // A link that weighs nothing cannot be simulated, but for its rotor.
     let weightless = ARM.replace("<mass value=\"0.5\"/>", "<mass value=\"0\"/>");
     let weightless = weightless.replace("<mass value=\"0.1\"/>", "<mass value=\"0\"/>");
-    std::fs::write(folder.file("arm.urdf"), weightless).unwrap();
+    folder.write("arm.urdf", weightless);
     let said = folder.model(MODEL).expect_err("no inertia");
     assert!(said.contains("'slide' moves what has no inertia: link 'tool'"), "{said}");
     let rotor = format!("{MODEL}[parameters]\n\"slide.armature\" = {{ value = 0.2, std = 0.1 }}\n");
     folder.model(&rotor).expect("a rotor has inertia");
     // Inertia that its file rounds to 0 is that of a rotor, as large as what the joint before it moves.
     let rounded = ARM.replace("\"0.0001\"", "\"0.000\"");
-    std::fs::write(folder.file("arm.urdf"), rounded).unwrap();
+    folder.write("arm.urdf", rounded);
     let model = folder.model(&MODEL.replace("\"grip_*\"", "")).expect("a rotor stands for it");
     let rotor = model.parameters.iter().find(|p| p.name == "grip_left.armature").expect("it");
     assert!(rotor.value > 0.0 && rotor.std() == rotor.value, "{}", rotor.value);
@@ -363,7 +352,7 @@ fn mistakes_are_told_with_their_place() {
 
 #[test]
 fn a_robots_file_is_a_model() {
-    let folder = Folder::new();
+    let folder = arm();
     let model = Model::read(&folder.file("arm.urdf")).expect("a model");
     assert_eq!((&*model.name, model.coordinates.len()), ("arm", 4));
     assert!(model.parameters.iter().all(|p| p.std() == 0.0));
@@ -378,8 +367,8 @@ const PENDULUM: &str = r#"<mujoco model="pendulum"><option gravity="0 0 -2"/><wo
 
 #[test]
 fn an_mjcf_is_a_model() {
-    let folder = Folder::new();
-    std::fs::write(folder.file("rod.xml"), PENDULUM).expect("a file");
+    let folder = arm();
+    folder.write("rod.xml", PENDULUM);
     let model = Model::read(&folder.file("rod.xml")).expect("a model");
     let find = |name: &str| model.parameters.iter().find(|p| p.name == name).expect("it is there");
     let stiffness = find("pivot.stiffness");
@@ -401,12 +390,12 @@ fn an_mjcf_is_a_model() {
         assert!((acceleration(&heavier, angle) - expected(5.0, angle)).abs() < 1e-12);
     }
     // The text says what it is, whatever the file is called.
-    std::fs::write(folder.file("rod.txt"), PENDULUM).expect("a file");
+    folder.write("rod.txt", PENDULUM);
     assert_eq!(Model::read(&folder.file("rod.txt")).expect("a model").name, "rod");
-    std::fs::write(folder.file("rod.xml"), PENDULUM.replace("mass=\"2\"", "")).expect("a file");
+    folder.write("rod.xml", PENDULUM.replace("mass=\"2\"", ""));
     let said = Model::read(&folder.file("rod.xml")).expect_err("no mass").to_string();
     assert!(said.contains("rod.xml:3") && said.contains("'mass'"), "{said}");
-    std::fs::write(folder.file("rod.xml"), "<sdf/>").expect("a file");
+    folder.write("rod.xml", "<sdf/>");
     let said = Model::read(&folder.file("rod.xml")).expect_err("another format").to_string();
     assert!(said.contains("<mujoco> (MJCF)") && said.contains("<sdf>"), "{said}");
 }

@@ -1,11 +1,13 @@
 //! What a robot carries and how it stands: a payload is mass that its file might have had, a tilt is
 //! another gravity.
 
+mod support;
+
 use lacuna_effects::Acts;
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{Augmentation, Direction, NewEffect, StepInput};
 use lacuna_plants::{Model, Plant, System};
-use std::path::PathBuf;
+use support::Folder;
 
 /// A column that turns, two links askew, a slide, and a tool that is fixed to it.
 const ARM: &str = r#"<robot name="arm">
@@ -34,26 +36,15 @@ const CARRIED: &str = r#"<link name="carried"><inertial><origin xyz="0.05 -0.04 
     <inertia ixx="0.00081" ixy="0" ixz="0" iyy="0.00081" iyz="0" izz="0.00081"/></inertial></link>
   <joint name="grip" type="fixed"><parent link="LINK"/><child link="carried"/></joint>"#;
 
-struct Folder(tempfile::TempDir);
+/// The arm with a payload in its own file, on this link, and with more text in its model's.
+fn arm(carrying: Option<&str>, more: &str) -> Result<Model, String> {
+    arm_in(&Folder::new(), carrying, more)
+}
 
-impl Folder {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a folder"))
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// The arm with a payload in its own file, on these links, and with more text in its model's.
-    fn model(&self, carrying: Option<&str>, more: &str) -> Result<Model, String> {
-        let carried = carrying.map_or(String::new(), |link| CARRIED.replace("LINK", link));
-        let arm = ARM.replace("MASS", "1").replace("PAYLOAD", &carried);
-        std::fs::write(self.file("arm.urdf"), arm).expect("a file");
-        let text = format!("name = \"arm\"\n[robot]\nfile = \"arm.urdf\"\n{more}");
-        let file = self.file("model.toml").display().to_string();
-        Model::from_text(&text, &file).map_err(|e| e.to_string())
-    }
+fn arm_in(folder: &Folder, carrying: Option<&str>, more: &str) -> Result<Model, String> {
+    let carried = carrying.map_or(String::new(), |link| CARRIED.replace("LINK", link));
+    folder.write("arm.urdf", ARM.replace("MASS", "1").replace("PAYLOAD", &carried));
+    folder.model(&format!("name = \"arm\"\n[robot]\nfile = \"arm.urdf\"\n{more}"))
 }
 
 fn payload(link: &str) -> String {
@@ -86,11 +77,10 @@ fn assert_alike(a: &[f64], b: &[f64]) {
 
 #[test]
 fn a_payload_moves_as_mass_that_the_file_has() {
-    let folder = Folder::new();
-    let plain = rates(&folder.model(None, "").expect("a model"));
+    let plain = rates(&arm(None, "").expect("a model"));
     for link in ["column", "upper", "slider"] {
-        let in_file = rates(&folder.model(Some(link), "").expect("a model"));
-        let as_effect = rates(&folder.model(None, &payload(link)).expect("a model"));
+        let in_file = rates(&arm(Some(link), "").expect("a model"));
+        let as_effect = rates(&arm(None, &payload(link)).expect("a model"));
         assert_alike(&in_file, &as_effect);
         assert!(plain.iter().zip(&as_effect).any(|(a, b)| (a - b).abs() > 0.01), "{link}");
     }
@@ -98,35 +88,33 @@ fn a_payload_moves_as_mass_that_the_file_has() {
     let friction =
         "[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"elbow\"\nmagnitude = 0.3\n";
     let both = format!("{}{friction}{}", payload("upper"), payload("slider"));
-    let two = rates(&folder.model(None, &both).expect("a model"));
+    let two = rates(&arm(None, &both).expect("a model"));
     let mixed = format!("{friction}{}", payload("slider"));
-    assert_alike(&rates(&folder.model(Some("upper"), &mixed).expect("a model")), &two);
+    assert_alike(&rates(&arm(Some("upper"), &mixed).expect("a model")), &two);
 }
 
 /// A base that is turned by roll about x and then by pitch about y sees gravity turned back.
 #[test]
 fn a_tilt_is_another_gravity() {
-    let folder = Folder::new();
     for (roll, pitch) in [(0.2, 0.0), (0.0, -0.3), (0.2, -0.3)] {
-        let tilted = rates(&folder.model(None, &tilt(roll, pitch)).expect("a model"));
+        let tilted = rates(&arm(None, &tilt(roll, pitch)).expect("a model"));
         let (r, p): (f64, f64) = (roll, pitch);
         let gravity = [9.81 * p.sin(), -9.81 * p.cos() * r.sin(), -9.81 * p.cos() * r.cos()]
             .map(|g| g.to_string());
         let turned = format!("gravity = [{}]\n", gravity.join(", "));
-        assert_alike(&rates(&folder.model(None, &turned).expect("a model")), &tilted);
+        assert_alike(&rates(&arm(None, &turned).expect("a model")), &tilted);
     }
     // It keeps all of gravity, and beside a payload the payload's weight is tilted as well.
     let both = format!("{}{}", tilt(0.1, 0.2), payload("slider"));
-    let both = rates(&folder.model(None, &both).expect("a model"));
-    assert_alike(&rates(&folder.model(Some("slider"), &tilt(0.1, 0.2)).expect("a model")), &both);
+    let both = rates(&arm(None, &both).expect("a model"));
+    assert_alike(&rates(&arm(Some("slider"), &tilt(0.1, 0.2)).expect("a model")), &both);
 }
 
 /// The state after some steps, with derivatives by every parameter of both effects, against differences.
 #[test]
 fn derivatives_are_exact() {
-    let folder = Folder::new();
     let text = format!("{}{}", payload("slider"), tilt(0.1, -0.2));
-    let model = folder.model(None, &text).expect("a model");
+    let model = arm(None, &text).expect("a model");
     let directions: Vec<(Direction, usize)> =
         (0..7).map(|k| (Direction::Effect(usize::from(k > 4), k % 5), k)).collect();
     let parameters = model.values();
@@ -161,11 +149,12 @@ fn derivatives_are_exact() {
 /// What is written of a diagnosis is read as it was found.
 #[test]
 fn they_are_written_and_read() {
-    let folder = Folder::new();
     let text = format!("{}{}", payload("upper"), tilt(0.1, -0.2));
-    let with = folder.model(None, &text).expect("a model");
+    // What is written names the robot's own file.
+    let folder = Folder::new();
+    let with = arm_in(&folder, None, &text).expect("a model");
     let effects = with.effects.iter().map(|e| NewEffect::of(&with, e)).collect();
-    let plain = folder.model(None, "").expect("a model");
+    let plain = arm_in(&folder, None, "").expect("a model");
     let augmentation = Augmentation { parameters: vec![], effects };
     let written = plain.augmented_text(&augmentation).expect("text");
     let again = Model::from_text(&written, "/nowhere/augmented.toml").expect("a model");
@@ -177,7 +166,6 @@ fn they_are_written_and_read() {
 
 #[test]
 fn mistakes_are_told() {
-    let folder = Folder::new();
     let cases = [
         (payload("wrist"), "expected one of column, upper, slider"),
         (payload("elbow"), "expected one of column, upper, slider"),
@@ -186,7 +174,7 @@ fn mistakes_are_told() {
         (tilt(0.1, 0.1).replace("\"base\"", "\"column\""), "expected one of base"),
     ];
     for (text, words) in cases {
-        let said = folder.model(None, &text).expect_err(words);
+        let said = arm(None, &text).expect_err(words);
         assert!(said.contains(words) && said.contains("model.toml:"), "{said}");
     }
     let plain = "name = \"p\"\n[[input]]\nname = \"u\"\nunit = \"N\"\n[[coordinate]]\nname = \"x\"\n\
@@ -196,29 +184,27 @@ fn mistakes_are_told() {
     assert!(said.to_string().contains("[robot]"), "{said}");
 }
 
-/// What a link carries is borne by the joints that carry the link.
 /// What turns about the vertical alone shows no more of a payload than a rotor would.
 #[test]
 fn a_payload_is_told_where_it_does_what_no_rotor_can() {
-    let folder = Folder::new();
-    let model = folder.model(None, "").expect("a model");
+    let model = arm(None, "").expect("a model");
     // Its axis is not quite vertical.
     assert!(model.tells_structure(Acts::Links, 0) && model.tells_structure(Acts::Links, 1));
     let upright = "gravity = [0, 0.48999, -9.797]\n";
     let along: f64 = 9.797 * 0.05f64.tan();
-    let upright = folder.model(None, &upright.replace("0.48999", &format!("{along:.15}")));
+    let upright = arm(None, &upright.replace("0.48999", &format!("{along:.15}")));
     let upright = upright.expect("a model");
     assert!(!upright.tells_structure(Acts::Links, 0), "gravity is along the column's axis");
     assert!(upright.tells_structure(Acts::Links, 1) && upright.tells_structure(Acts::Base, 0));
 }
 
+/// What a link carries is borne by the joints that carry the link.
 #[test]
 fn joints_bear_what_stands_on_them() {
-    let folder = Folder::new();
-    let model = folder.model(None, &payload("upper")).expect("a model");
+    let model = arm(None, &payload("upper")).expect("a model");
     let e = &model.effects[0];
     assert_eq!(model.effect_channel_name(e.effect, e.channel), "upper");
     assert_eq!(model.joints_under(e.effect.acts, e.channel), [0, 1]);
-    let tilted = folder.model(None, &tilt(0.1, 0.1)).expect("a model");
+    let tilted = arm(None, &tilt(0.1, 0.1)).expect("a model");
     assert_eq!(tilted.joints_under(tilted.effects[0].effect.acts, 0), [0, 1, 2]);
 }

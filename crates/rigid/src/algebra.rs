@@ -27,9 +27,13 @@ pub(crate) fn dot<T: Number>(a: Vector<T>, b: Vector<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+pub(crate) fn length(a: Vector<f64>) -> f64 {
+    dot(a, a).sqrt()
+}
+
 /// The unit vector along a vector; none along one whose length is 0 or no number.
 pub(crate) fn unit(a: Vector<f64>) -> Option<Vector<f64>> {
-    let length = dot(a, a).sqrt();
+    let length = length(a);
     (length > 0.0 && length.is_finite()).then(|| a.map(|x| x / length))
 }
 
@@ -86,7 +90,7 @@ pub(crate) fn from_z(to: Vector<f64>) -> Matrix<f64> {
     // Any axis across both would do: that of the two coordinate axes which is further off.
     let help = if to[0].abs() < 0.5 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
     let across = cross(help, to);
-    let x = scaled(across, 1.0 / dot(across, across).sqrt());
+    let x = scaled(across, 1.0 / length(across));
     transposed(&[x, cross(to, x), to])
 }
 

@@ -81,6 +81,13 @@ impl<T: Number> Inertia<T> {
 }
 
 impl Inertia<f64> {
+    /// That of a mass and of inertia about its centre (xx, xy, xz, yy, yz, zz) along the axes of a frame, in
+    /// which the centre is the origin, as it is seen from where that frame stands at this pose.
+    pub(crate) fn of_centred(mass: f64, inertia: [f64; 6], frame: &Pose) -> Self {
+        let about_centre = InertialParameters { mass, centre: [0.0; 3], inertia };
+        about_centre.about_origin().seen_from_frame(frame)
+    }
+
     /// The same body as it is seen from a frame in which its own stands at this pose.
     #[must_use]
     pub fn seen_from_frame(&self, pose: &Pose) -> Self {

@@ -41,6 +41,9 @@ pub use motion::Motion;
 pub use robot::{Coupling, JointKind, Link, Moves, Robot, RobotError, RobotJoint};
 pub use tree::{Body, Joint, Tree};
 
+/// Gravity where nothing else is said, m/s^2, in the frame of the root.
+pub const GRAVITY: Vector<f64> = [0.0, 0.0, -9.81];
+
 /// Read a robot from the text of its file, in the format that its first element says.
 ///
 /// # Errors

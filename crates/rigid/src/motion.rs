@@ -24,7 +24,7 @@
 //! angular velocity are not 0: `B (w; v) = (D w; -2 f x w)`, f being the momentum.
 
 use crate::algebra::{Matrix, Pose, Vector, add, cross, dot, scaled, sub, times, transposed_times};
-use crate::{Dynamics, Inertia, JointKind};
+use crate::{Body, Dynamics, Inertia, JointKind};
 use lacuna_numbers::Number;
 
 /// A motion or a wrench.
@@ -194,12 +194,9 @@ impl Dynamics<'_, f64> {
             let Moving { axis, composite, wrench, .. } = motion.bodies[i];
             bias[i] = axis.dot(&wrench);
             let momentum = composite.of(&axis);
-            let mut at = i;
-            loop {
+            for at in self.tree.path(i) {
                 let entry = motion.bodies[at].axis.dot(&momentum);
                 (mass[i * n + at], mass[at * n + i]) = (entry, entry);
-                let Some(parent) = self.tree.bodies[at].parent else { break };
-                at = parent;
             }
             if let Some(p) = self.tree.bodies[i].parent {
                 let parent = &mut motion.bodies[p];
@@ -213,8 +210,7 @@ impl Dynamics<'_, f64> {
     #[inline(always)]
     fn follow(&self, motion: &mut Motion, (q, v): (&[f64], &[f64])) {
         for (i, body) in self.tree.bodies.iter().enumerate() {
-            let parent = body.parent.map(|p| &motion.bodies[p]);
-            let from = parent.map_or(Pose::SAME, |p| p.pose);
+            let from = body.parent.map_or(Pose::SAME, |p| motion.bodies[p].pose);
             let (rotation, translation) = body.joint.frame(q[i]);
             let pose = from.then(&Pose { rotation, translation });
             let z = [pose.rotation[0][2], pose.rotation[1][2], pose.rotation[2][2]];
@@ -222,9 +218,8 @@ impl Dynamics<'_, f64> {
                 JointKind::Revolute => Six { turn: z, slide: cross(pose.translation, z) },
                 JointKind::Prismatic => Six { turn: [0.0; 3], slide: z },
             };
-            let velocity = parent.map_or(Six::default(), |p| p.velocity);
+            let (velocity, acceleration) = self.carrier(motion, body);
             let axis_rate = velocity.carries(&axis);
-            let acceleration = parent.map_or(self.falling(), |p| p.acceleration);
             let acceleration = acceleration.plus(axis_rate.times(v[i]));
             let velocity = velocity.plus(axis.times(v[i]));
             let inertia = self.inertia[i].seen_from(&pose.rotation, pose.translation);
@@ -246,10 +241,13 @@ impl Dynamics<'_, f64> {
         }
     }
 
-    /// The ground's acceleration, which is what gravity amounts to.
+    /// Velocity and acceleration of what a body hangs from. Gravity amounts to an acceleration of the ground.
     #[inline(always)]
-    fn falling(&self) -> Six {
-        Six { turn: [0.0; 3], slide: self.gravity.map(|g| -g) }
+    fn carrier(&self, motion: &Motion, body: &Body) -> (Six, Six) {
+        match body.parent {
+            Some(p) => (motion.bodies[p].velocity, motion.bodies[p].acceleration),
+            None => (Six::default(), Six { turn: [0.0; 3], slide: self.gravity.map(|g| -g) }),
+        }
     }
 
     /// Derivatives of the forces `M q'' + h` by coordinates and by velocities (row-major, `n x n` each), the
@@ -273,8 +271,7 @@ impl Dynamics<'_, f64> {
             let turned = coriolis.times(axis_rate.turn).plus(composite.of(&axis_acceleration));
             let turned = turned.plus(axis.carries_wrench(&wrench));
             let faster = coriolis.times(axis.turn).plus(composite.of(&axis_rate).times(2.0));
-            let mut at = i;
-            loop {
+            for at in self.tree.path(i) {
                 let j = &motion.bodies[at];
                 let (here, there) = (i * n + at, at * n + i);
                 by_coordinates[there] = j.axis.dot(&turned);
@@ -282,8 +279,6 @@ impl Dynamics<'_, f64> {
                 by_coordinates[here] =
                     dot(row, j.axis_rate.turn) + momentum.dot(&j.axis_acceleration);
                 by_velocities[here] = dot(row, j.axis.turn) + 2.0 * momentum.dot(&j.axis_rate);
-                let Some(parent) = self.tree.bodies[at].parent else { break };
-                at = parent;
             }
             if let Some(p) = self.tree.bodies[i].parent {
                 let parent = &mut motion.bodies[p];
@@ -297,11 +292,7 @@ impl Dynamics<'_, f64> {
     #[inline(always)]
     fn accelerate(&self, motion: &mut Motion, (v, a): (&[f64], &[f64])) {
         for (i, body) in self.tree.bodies.iter().enumerate() {
-            let parent = body.parent.map(|p| &motion.bodies[p]);
-            let (velocity, acceleration) = match parent {
-                Some(p) => (p.velocity, p.acceleration),
-                None => (Six::default(), self.falling()),
-            };
+            let (velocity, acceleration) = self.carrier(motion, body);
             let own = &mut motion.bodies[i];
             own.axis_acceleration =
                 acceleration.carries(&own.axis).plus(velocity.carries(&own.axis_rate));
@@ -341,11 +332,9 @@ impl Dynamics<'_, f64> {
         let torque = add(torque, across([-linear[0], -linear[1], -linear[2]], mc));
         let force = turned_by(r, force);
         let torque = add(turned_by(r, torque), across(p, force));
-        let mut at = Some(i);
-        while let Some(j) = at {
+        for j in self.tree.path(i) {
             let Six { turn, slide } = motion.bodies[j].axis;
             tau[j] = tau[j] + weighted(torque, turn) + weighted(force, slide);
-            at = self.tree.bodies[j].parent;
         }
     }
 }

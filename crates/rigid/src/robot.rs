@@ -2,7 +2,7 @@
 
 use crate::Inertia;
 use crate::algebra::{Pose, Vector, add, rotation, scaled, times};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use thiserror::Error;
 
 /// What is wrong with a robot's file, and where.
@@ -100,6 +100,14 @@ pub struct RobotJoint {
     pub line: u32,
 }
 
+/// What a joint holds together.
+pub(crate) struct Ends {
+    pub parent: usize,
+    pub child: usize,
+    /// The child's frame in the parent's.
+    pub pose: Pose,
+}
+
 /// How a body moves relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
@@ -151,6 +159,16 @@ impl Robot {
         }
         self.check_no_loop(roots)?;
         Ok(self)
+    }
+
+    /// The names of the joints that must be held still: they move in ways that are not simulated, or with others.
+    pub fn not_simulated(&self) -> impl Iterator<Item = &str> {
+        let tied: HashSet<usize> = self.couplings.iter().flat_map(|c| &c.joints).copied().collect();
+        let joints = self.joints.iter().enumerate();
+        let held = joints.filter(move |(number, joint)| {
+            matches!(joint.moves, Moves::Otherwise(_)) || tied.contains(number)
+        });
+        held.map(|(_, joint)| &*joint.name)
     }
 
     /// Joints that are tied to others must be held still.
@@ -210,6 +228,26 @@ fn not_simulated(what: &str, joints: &[&str], line: u32) -> RobotError {
 }
 
 impl RobotJoint {
+    /// One of whose axis, friction, rotor and spring nothing is said.
+    pub(crate) fn bare((name, line): (String, u32), moves: Moves, ends: Ends) -> Self {
+        let Ends { parent, child, pose } = ends;
+        Self {
+            name,
+            moves,
+            parent,
+            child,
+            pose,
+            axis: [0.0, 0.0, 1.0],
+            anchor: [0.0; 3],
+            damping: 0.0,
+            friction: 0.0,
+            armature: 0.0,
+            stiffness: 0.0,
+            spring_reference: 0.0,
+            line,
+        }
+    }
+
     pub(crate) fn not_simulated(&self, moves: Moves) -> RobotError {
         let what = if let Moves::Otherwise(what) = moves { what } else { "of no known kind" };
         not_simulated(&format!("joint '{}' is {what}", self.name), &[&self.name], self.line)

@@ -1,6 +1,6 @@
 //! How large and how heavy a robot is.
 
-use crate::algebra::dot;
+use crate::algebra::length;
 use crate::{Body, Tree};
 
 impl Tree {
@@ -22,7 +22,7 @@ impl Tree {
 
     fn own_reach(&self, body: usize) -> f64 {
         let hanging = self.bodies.iter().filter(|b| b.parent == Some(body));
-        let joints = hanging.map(|b| length(&b.joint.pose.translation));
+        let joints = hanging.map(|b| length(b.joint.pose.translation));
         joints.fold(self.bodies[body].extent(), f64::max)
     }
 }
@@ -36,10 +36,6 @@ impl Body {
             m if m > 0.0 => (0.5 * (xx + yy + zz) / m).max(0.0).sqrt(),
             _ => 0.0,
         };
-        length(&self.inertia.centre) + gyration
+        length(self.inertia.centre) + gyration
     }
-}
-
-fn length(a: &[f64; 3]) -> f64 {
-    dot(*a, *a).sqrt()
 }

@@ -193,36 +193,21 @@ impl Tree {
         self.bodies.iter().map(|b| b.in_joint_frame(&b.inertia)).collect()
     }
 
-    /// M (row-major, `n x n`) and h at coordinates and velocities, in a field of gravity (m/s^2, in the
-    /// root's frame), of bodies as the file describes them.
-    #[must_use]
-    pub fn mass_and_bias(
-        &self,
-        (q, v): (&[f64], &[f64]),
-        gravity: [f64; 3],
-    ) -> (Vec<f64>, Vec<f64>) {
-        let n = self.bodies.len();
-        let inertia = self.inertia();
-        let dynamics = Dynamics::new(self, &inertia, gravity);
-        let (mut room, mut mass, mut bias) = (Room::new(n), vec![0.0; n * n], vec![0.0; n]);
-        dynamics.place(&mut room, q);
-        dynamics.mass_matrix(&mut room, &mut mass);
-        dynamics.inverse(&mut room, (v, &vec![0.0; n]), &mut bias);
-        (mass, bias)
-    }
-
     /// The inertia that each joint moves where all coordinates are 0, its rotor's among it: where it is 0,
     /// accelerations would be without bound.
     #[must_use]
     pub fn moved(&self) -> Vec<f64> {
-        let n = self.bodies.len();
-        let rest = vec![0.0; n];
-        let (mass, _) = self.mass_and_bias((&rest, &rest), [0.0; 3]);
+        let (n, inertia) = (self.bodies.len(), self.inertia());
+        let dynamics = Dynamics::new(self, &inertia, [0.0; 3]);
+        let (mut room, mut mass) = (Room::new(n), vec![0.0; n * n]);
+        dynamics.place(&mut room, &vec![0.0; n]);
+        dynamics.mass_matrix(&mut room, &mut mass);
         (0..n).map(|i| mass[i * n + i] + self.bodies[i].joint.armature).collect()
     }
 
-    /// The bodies between one and the ground, from the nearest on.
-    pub fn before(&self, body: usize) -> impl Iterator<Item = usize> + '_ {
-        std::iter::successors(self.bodies[body].parent, |&p| self.bodies[p].parent)
+    /// The bodies from one on to the ground, each before its parent.
+    #[inline(always)]
+    pub fn path(&self, body: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(Some(body), |&b| self.bodies[b].parent)
     }
 }

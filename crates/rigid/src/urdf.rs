@@ -6,9 +6,9 @@
 //! `urdf-rs` does not keep where an element stood.
 
 use crate::algebra::{Pose, Vector, unit};
-use crate::robot::{Coupling, Link, Moves, Robot, RobotError, RobotJoint};
-use crate::xml::{Element, Source, check_twice, numbers_or};
-use crate::{Inertia, InertialParameters, JointKind};
+use crate::robot::{Coupling, Ends, Link, Moves, Robot, RobotError, RobotJoint};
+use crate::xml::{Element, Source, check_diagonal, check_twice, numbers_or, positive_or};
+use crate::{Inertia, JointKind};
 use std::collections::HashMap;
 
 /// Read a robot from the text of a URDF file.
@@ -54,22 +54,14 @@ fn link(element: Element) -> Result<Link, RobotError> {
 
 fn inertia(element: Element) -> Result<Inertia<f64>, RobotError> {
     let (of_mass, tensor) = (element.required_child("mass")?, element.required_child("inertia")?);
-    let [mass] = of_mass.numbers("value")?;
-    if mass < 0.0 {
-        let message = format!("{} must be 0 or more; found {mass}", of_mass.called());
-        return Err(of_mass.error(message));
-    }
+    of_mass.attribute("value")?;
+    let mass = positive_or(Some(of_mass), (of_mass, "value"), 0.0)?;
     let entry = |name: &str| tensor.numbers(name).map(|[entry]| entry);
     let inertia =
         [entry("ixx")?, entry("ixy")?, entry("ixz")?, entry("iyy")?, entry("iyz")?, entry("izz")?];
     let [xx, _, _, yy, _, zz] = inertia;
-    if xx.min(yy).min(zz) < 0.0 {
-        let message =
-            format!("{} must be 0 or more: ixx {xx}, iyy {yy}, izz {zz}", tensor.called());
-        return Err(tensor.error(message));
-    }
-    let about_centre = InertialParameters { mass, centre: [0.0; 3], inertia };
-    Ok(about_centre.about_origin().seen_from_frame(&origin(element)?))
+    check_diagonal(tensor, [xx, yy, zz])?;
+    Ok(Inertia::of_centred(mass, inertia, &origin(element)?))
 }
 
 /// `links`: the place of each, by its name.
@@ -85,30 +77,11 @@ fn joint(element: Element, links: &HashMap<&str, usize>) -> Result<RobotJoint, R
     };
     let (parent, child) = (end("parent")?, end("child")?);
     let dynamics = element.child("dynamics");
-    let coefficient = |which: &str| -> Result<f64, RobotError> {
-        let [value] = numbers_or(dynamics, which, [0.0])?;
-        if value >= 0.0 {
-            return Ok(value);
-        }
-        let message = format!("{which} of joint '{name}' must be 0 or more; found {value}");
-        Err(dynamics.unwrap_or(element).error(message))
-    };
+    let coefficient = |which| positive_or(dynamics, (element, which), 0.0);
     let (damping, friction) = (coefficient("damping")?, coefficient("friction")?);
-    Ok(RobotJoint {
-        name,
-        moves,
-        parent,
-        child,
-        pose: origin(element)?,
-        axis: axis(element)?,
-        anchor: [0.0; 3],
-        damping,
-        friction,
-        armature: 0.0,
-        stiffness: 0.0,
-        spring_reference: 0.0,
-        line: element.line(),
-    })
+    let ends = Ends { parent, child, pose: origin(element)? };
+    let bare = RobotJoint::bare((name, element.line()), moves, ends);
+    Ok(RobotJoint { axis: axis(element)?, damping, friction, ..bare })
 }
 
 /// What moves the joint of this number, if it is another joint.

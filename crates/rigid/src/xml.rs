@@ -139,6 +139,29 @@ pub(crate) fn numbers_or<const N: usize>(
     }
 }
 
+/// The same of a number of `of` that may not be below 0.
+pub(crate) fn positive_or(
+    element: Option<Element>,
+    (of, name): (Element, &str),
+    otherwise: f64,
+) -> Result<f64, RobotError> {
+    let [number] = numbers_or(element, name, [otherwise])?;
+    if number >= 0.0 {
+        return Ok(number);
+    }
+    let message = format!("{name} of {} must be 0 or more; found {number}", of.called());
+    Err(element.unwrap_or(of).error(message))
+}
+
+/// No inertia about an axis may be below 0.
+pub(crate) fn check_diagonal(element: Element, [x, y, z]: [f64; 3]) -> Result<(), RobotError> {
+    if x.min(y).min(z) >= 0.0 {
+        return Ok(());
+    }
+    let called = element.called();
+    Err(element.error(format!("inertia of {called} must be 0 or more: xx {x}, yy {y}, zz {z}")))
+}
+
 /// Names with their lines, of which none may be there twice.
 pub(crate) fn check_twice<'a>(
     what: &str,

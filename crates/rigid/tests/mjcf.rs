@@ -3,11 +3,11 @@
 mod support;
 
 use lacuna_excitation::rng;
-use lacuna_rigid::{JointKind, Moves, RobotError, mjcf};
+use lacuna_rigid::{GRAVITY, JointKind, Moves, mjcf};
 use rand::RngExt;
 use std::f64::consts::{FRAC_PI_2, PI};
-use support::mass_and_bias;
 use support::mjcf::drawn_mjcf;
+use support::{Wrong, assert_refused, mass_and_bias};
 
 const ARM: &str = r#"<mujoco model="arm">
   <compiler autolimits="true"/>
@@ -31,7 +31,6 @@ const ARM: &str = r#"<mujoco model="arm">
   </worldbody>
 </mujoco>
 "#;
-const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 #[test]
 fn an_arm_is_read() {
@@ -137,7 +136,7 @@ fn mistakes_are_told_with_their_element_and_line() {
     let inertial = "<inertial pos=\"0 0 0.2\" mass=\"2\" diaginertia=\"0.02 0.02 0.003\"/>";
     let rod = "<geom name=\"rod\" type=\"cylinder\" size=\"0.1 0.3\" mass=\"1\"/>";
     let compiler = "<compiler autolimits=\"true\"/>";
-    let cases: &[(&str, &str, u32, &[&str])] = &[
+    let cases: &[Wrong] = &[
         ("mass=\"2\"", "mass=\"-2\"", 11, &["mass", "upper", "-2"]),
         ("mass=\"2\"", "", 11, &["'mass'", "upper"]),
         ("mass=\"2\"", "mass=\"two\"", 11, &["mass", "two"]),
@@ -177,14 +176,7 @@ fn mistakes_are_told_with_their_element_and_line() {
         ("<mujoco model=\"arm\">", "<mujoco><body>", 21, &["XML"]),
         ("<worldbody>", "<worldbodies>", 20, &["XML"]),
     ];
-    for (from, to, line, words) in cases {
-        assert!(ARM.contains(from), "{from}");
-        let RobotError { line: found, message } = mjcf::read(&ARM.replace(from, to)).expect_err(to);
-        assert_eq!(found, Some(*line), "{to}: {message}");
-        for word in *words {
-            assert!(message.contains(word), "{to}: {message}");
-        }
-    }
+    assert_refused(mjcf::read, ARM, cases);
     let e = mjcf::read("<robot/>").expect_err("a URDF");
     assert!(e.message.contains("<mujoco>"), "{e}");
     let e = mjcf::read("<mujoco/>").expect_err("no bodies");

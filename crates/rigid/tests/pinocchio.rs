@@ -2,7 +2,7 @@
 
 mod support;
 
-use lacuna_rigid::urdf;
+use lacuna_rigid::{GRAVITY, urdf};
 use std::path::Path;
 use support::oracle::{difference, published, python};
 use support::{drawn_urdf, mass_and_bias};
@@ -12,7 +12,7 @@ fn from_pinocchio(python: &str, file: &Path, seed: u64) -> f64 {
     let robot = urdf::read(&text).expect("a robot");
     let tree = robot.tree(&[]).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     difference((python, "pinocchio_dynamics.py"), (file, &tree), seed, |state| {
-        let (mass, bias) = mass_and_bias(&tree, state, [0.0, 0.0, -9.81]);
+        let (mass, bias) = mass_and_bias(&tree, state, GRAVITY);
         vec![mass, bias]
     })
 }

@@ -2,8 +2,8 @@
 
 mod support;
 
-use lacuna_rigid::{Moves, RobotError, urdf};
-use support::{drawn_states, drawn_urdf, mass_and_bias};
+use lacuna_rigid::{GRAVITY, Moves, urdf};
+use support::{Wrong, assert_refused, drawn_states, drawn_urdf, mass_and_bias};
 
 const ARM: &str = r#"<?xml version="1.0"?>
 <robot name="arm">
@@ -48,23 +48,15 @@ fn an_arm_is_read() {
     let names: Vec<_> = tree.bodies.iter().map(|b| (&*b.name, b.parent)).collect();
     assert_eq!(names, [("upper", None), ("lower", Some(0))]);
     // A double pendulum that stands on its head: the upper link's centre at .2 m, the elbow at .4 m.
-    let (mass, bias) = mass_and_bias(&tree, &[0.0; 4], [0.0, 0.0, -9.81]);
+    let (mass, bias) = mass_and_bias(&tree, &[0.0; 4], GRAVITY);
     let upright = [0.02 + 2.0 * 0.04 + 0.01 + 0.16, 0.01, 0.01, 0.01];
     for (found, expected) in mass.iter().zip(upright) {
         assert!((found - expected).abs() < 1e-15, "{mass:?}");
     }
     assert!(bias.iter().all(|h| h.abs() < 1e-15), "{bias:?}");
-    let (_, bias) =
-        mass_and_bias(&tree, &[std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0], [0.0, 0.0, -9.81]);
+    let (_, bias) = mass_and_bias(&tree, &[std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0], GRAVITY);
     // Turned to the side it falls on: what holds it pushes back.
     assert!((bias[0] + 9.81 * (2.0 * 0.2 + 0.4)).abs() < 1e-12, "{bias:?}");
-}
-
-/// Part of the text replaced, read, and what is said of it with its line.
-fn refused(from: &str, to: &str) -> (u32, String) {
-    assert!(ARM.contains(from), "{from}");
-    let RobotError { line, message } = urdf::read(&ARM.replace(from, to)).expect_err("it is wrong");
-    (line.expect("a line"), message)
 }
 
 #[test]
@@ -73,7 +65,7 @@ fn mistakes_are_told_with_their_element_and_line() {
     let loops = joint(
         r#"<joint name="back" type="fixed"><parent link="lower"/><child link="upper"/></joint>"#,
     );
-    let cases: [(&str, &str, u32, &[&str]); 12] = [
+    let cases: [Wrong; 12] = [
         ("</robot>", &loops, 31, &["upper", "shoulder", "back", "loops"]),
         (
             "<link name=\"base\"/>",
@@ -97,13 +89,7 @@ fn mistakes_are_told_with_their_element_and_line() {
         ("damping=\"0.4\"", "damping=\"-1\"", 23, &["damping", "shoulder"]),
         ("<robot name=\"arm\">", "<robot name=\"arm\"><link>", 31, &["XML"]),
     ];
-    for (from, to, line, words) in cases {
-        let (found, message) = refused(from, to);
-        assert_eq!(found, line, "{from} -> {to}: {message}");
-        for word in words {
-            assert!(message.contains(word), "{from} -> {to}: {message}");
-        }
-    }
+    assert_refused(urdf::read, ARM, &cases);
 }
 
 /// Two joints in a ring that hangs from nothing.

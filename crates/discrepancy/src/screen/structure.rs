@@ -119,8 +119,7 @@ impl Screen<'_> {
         let (n, motion) = (model.coordinates.len(), &along.motion);
         let mut parameters = model.with_structure(&h.parameters, &h.effects);
         parameters.resize(model.structure_end(), 0.0);
-        let seeded = parameters.iter().enumerate().map(|(k, p)| Dual::among(*p, k, first));
-        let bound = model.dynamics().bind_dual(&seeded.collect::<Vec<_>>());
+        let bound = model.dynamics().bind_along(&parameters, first);
         let sizes = model.dynamics().sizes();
         let (mut room, zero) = (bound.room(), Dual::constant(0.0));
         let (mut variables, mut rates) = (vec![zero; sizes.variables()], vec![zero; sizes.rates()]);

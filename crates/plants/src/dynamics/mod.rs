@@ -44,9 +44,10 @@ pub use implicit::{Implicit, ImplicitRoom};
 pub(crate) use robot::{PARTS, Part, RobotDynamics};
 
 use crate::model::Step;
-use lacuna_numbers::{Dual, Number};
+use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_rigid::Tree;
 use std::fmt::Debug;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// How many there are of everything that dynamics depend on.
@@ -140,6 +141,31 @@ pub trait Dynamics: Debug + Send + Sync {
 
     /// The same with derivatives: those by parameters that are [`Dual::direction`]s among them.
     fn bind_dual(&self, parameters: &[Dual]) -> Bound<Dual>;
+
+    /// The same with derivatives by the parameters from the `first` on, one a lane.
+    fn bind_along(&self, parameters: &[f64], first: usize) -> Bound<Dual> {
+        let along = parameters.iter().enumerate().map(|(k, p)| Dual::among(*p, k, first));
+        self.bind_dual(&along.collect::<Vec<_>>())
+    }
+}
+
+/// Which of some parameters change rates, those from `begin` on, at some variables.
+pub(crate) fn felt(
+    dynamics: &dyn Dynamics,
+    (parameters, some): (&[f64], Range<usize>),
+    (variables, begin): (&[f64], usize),
+) -> Vec<bool> {
+    /// More than what rounding leaves of 0.
+    const FELT: f64 = 1e-12;
+    let at: Vec<Dual> = variables.iter().map(|x| Dual::constant(*x)).collect();
+    let mut rates = vec![Dual::constant(0.0); dynamics.sizes().rates()];
+    let mut felt = vec![];
+    for first in some.clone().step_by(LANES) {
+        dynamics.bind_along(parameters, first).evaluate_once(&at, &mut rates);
+        let is_felt = |lane: usize| rates[begin..].iter().any(|r| r.tangent[lane].abs() > FELT);
+        felt.extend((0..LANES.min(some.end - first)).map(is_felt));
+    }
+    felt
 }
 
 /// Dynamics with their parameters set, shared between threads.

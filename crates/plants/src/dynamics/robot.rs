@@ -75,24 +75,22 @@ impl RobotDynamics {
 
     fn bound<T: Number>(&self, parameters: &[T]) -> Bound<T> {
         let (parameters, structure) = parameters.split_at(self.sizes().parameters);
-        let bodies = parameters.chunks_exact(PARTS.len());
-        let inertia = self.tree.bodies.iter().zip(bodies.clone()).map(|(body, p)| {
-            let (centre, inertia) = ([p[1], p[2], p[3]], [p[4], p[5], p[6], p[7], p[8], p[9]]);
-            body.in_joint_frame(&InertialParameters { mass: p[0], centre, inertia })
+        let bodies = self.tree.bodies.iter().zip(parameters.as_chunks::<{ PARTS.len() }>().0);
+        let bodies = bodies.map(|(body, values)| {
+            let &[mass, x, y, z, xx, xy, xz, yy, yz, zz, damping, friction, armature, stiffness] =
+                values;
+            let (centre, inertia) = ([x, y, z], [xx, xy, xz, yy, yz, zz]);
+            let inertia = body.in_joint_frame(&InertialParameters { mass, centre, inertia });
+            let rest = body.joint.spring_reference;
+            (inertia, Motor { damping, friction, armature, stiffness, rest })
         });
-        let joints = self.tree.bodies.iter().zip(bodies).map(|(body, p)| Motor {
-            damping: p[10],
-            friction: p[11],
-            armature: p[12],
-            stiffness: p[13],
-            rest: body.joint.spring_reference,
-        });
+        let (inertia, joints) = bodies.unzip();
         let mut bound = BoundRobot {
             tree: self.tree.clone(),
             plain: vec![],
             changing: vec![],
-            inertia: inertia.collect(),
-            joints: joints.collect(),
+            inertia,
+            joints,
             gravity: self.gravity.map(T::constant),
         };
         bound.change(structure);
@@ -175,15 +173,24 @@ impl<T: Number> Motor<T> {
         }
     }
 
-    /// What becomes of an input at a coordinate and velocity.
+    /// What becomes of the input of joint `i` at its coordinate and velocity.
     #[inline(always)]
-    fn driven(&self, input: T, q: T, v: T) -> T {
-        let force = input - self.damping * v - self.stiffness * (q - self.rest);
+    fn driven(&self, i: usize, at: &Point<T>) -> T {
+        let (q, v) = (at.coordinates[i], at.velocities[i]);
+        let force = at.inputs[i] - self.damping * v - self.stiffness * (q - self.rest);
         // Most files state no friction: its sharp edge need not be evaluated.
         if self.friction.value() == 0.0 && !self.friction.moves() {
             return force;
         }
         force - self.friction * (v / STILL).tanh()
+    }
+
+    /// Its share, at joint `i`, of `M + diag(J)` and of what drives the bodies less h, which stands in `force`.
+    #[inline(always)]
+    fn act(&self, i: usize, at: &Point<T>, mass: &mut [T], force: &mut [T]) {
+        let diagonal = i * (force.len() + 1);
+        mass[diagonal] = mass[diagonal] + self.armature;
+        force[i] = self.driven(i, at) - force[i];
     }
 }
 
@@ -238,8 +245,7 @@ impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
         dynamics.mass_matrix(bodies, mass);
         dynamics.inverse(bodies, (at.velocities, still), force);
         for (i, joint) in self.joints.iter().enumerate() {
-            mass[i * n + i] = mass[i * n + i] + joint.armature;
-            force[i] = joint.driven(at.inputs[i], at.coordinates[i], at.velocities[i]) - force[i];
+            joint.act(i, &at, mass, force);
         }
     }
 
@@ -262,7 +268,8 @@ impl<T: Number> Implicit<T> for BoundRobot<T> {
     }
 }
 
-/// A call of [`Implicit::values`], to be compiled for every width of vectors, as those that follow.
+/// A call of [`Implicit::values`], to be compiled for every width of vectors, as those that follow. Closures
+/// would be compiled apart, for the narrowest.
 struct Values<'a, T> {
     robot: &'a BoundRobot<T>,
     room: &'a mut ImplicitRoom,
@@ -282,9 +289,7 @@ impl<T: Number> pulp::WithSimd for Values<'_, T> {
         let moving = (at.coordinates, at.velocities);
         robot.plain().mass_and_bias(&mut room.motion, moving, mass, force);
         for (i, joint) in robot.joints.iter().enumerate() {
-            let joint = joint.value();
-            mass[i * n + i] += joint.armature;
-            force[i] = joint.driven(at.inputs[i], at.coordinates[i], at.velocities[i]) - force[i];
+            joint.value().act(i, &at, mass, force);
         }
     }
 }
@@ -343,7 +348,7 @@ impl<T: Number> pulp::WithSimd for Derive<'_, T> {
             for (v, slope) in at.velocities.iter().zip(&room.by_velocities[row]) {
                 taken = taken + *v * *slope;
             }
-            forces[i] = joint.driven(at.inputs[i], at.coordinates[i], at.velocities[i]) - taken;
+            forces[i] = joint.driven(i, &at) - taken;
         }
     }
 }

@@ -27,7 +27,7 @@ pub use series::{SeriesEffect, effective_inputs, sensed};
 pub use system::{Direction, Step, System, Workspace};
 pub use together::{Strand, advance_together};
 pub use units::{SaidUnit, same_unit};
-pub use write::{Augmentation, NewEffect};
+pub use write::{Augmentation, NewEffect, quoted};
 
 use crate::Hold;
 use crate::dynamics::{Dynamics, Mass};

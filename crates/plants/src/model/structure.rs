@@ -2,13 +2,11 @@
 //! ([`crate::dynamics::Dynamics::tree`]).
 
 use super::{Direction, Model, ModelEffect};
+use crate::dynamics::felt;
 use lacuna_effects::law::{BODY, TILT};
 use lacuna_effects::{Acts, AnyStructureLaw, BASE, Effect, Law, StructureLawIn};
-use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_numbers::{Dual, Number};
 use std::ops::Range;
-
-/// Forces per unit of a structure's number that are more than what rounding leaves of 0.
-const FELT: f64 = 1e-9;
 
 /// The law of an effect on structure.
 fn law(e: &ModelEffect) -> Option<&'static dyn AnyStructureLaw> {
@@ -86,9 +84,8 @@ impl Model {
         if acts == Acts::Base {
             return (0..tree.bodies.len()).collect();
         }
-        let below = |&body: &usize| tree.bodies[body].parent;
-        let mut joints: Vec<usize> = std::iter::successors(Some(channel), below).collect();
-        joints.sort_unstable();
+        let mut joints: Vec<usize> = tree.path(channel).collect();
+        joints.reverse();
         joints
     }
 
@@ -100,26 +97,14 @@ impl Model {
         if self.joints_under(acts, channel).len() > 1 {
             return true;
         }
-        let mut parameters: Vec<Dual> = self.values().into_iter().map(Dual::constant).collect();
-        parameters.resize(self.structure_end(), Dual::constant(0.0));
-        let sizes = self.dynamics.sizes();
+        let mut parameters = self.values();
+        parameters.resize(self.structure_end(), 0.0);
+        let (sizes, numbers) = (self.dynamics.sizes(), self.structure_of(acts, channel));
         // At rest, in a place like any other.
-        let mut at = vec![Dual::constant(0.0); sizes.variables()];
-        let coordinates = at[..sizes.coordinates].iter_mut().enumerate();
-        coordinates.for_each(|(k, q)| *q = Dual::constant(0.618 * (k + 1) as f64));
-        let places = self.structure_of(acts, channel);
-        places.clone().step_by(LANES).any(|first| {
-            let lanes = first..places.end.min(first + LANES);
-            let seeded = parameters.iter().enumerate().map(|(k, p)| match lanes.contains(&k) {
-                true => Dual::among(p.value, k, first),
-                false => *p,
-            });
-            let bound = self.dynamics.bind_dual(&seeded.collect::<Vec<_>>());
-            let mut rates = vec![Dual::constant(0.0); sizes.rates()];
-            bound.evaluate_once(&at, &mut rates);
-            let forces = &rates[sizes.coordinates * sizes.coordinates..];
-            forces.iter().flat_map(|f| f.tangent).any(|slope| slope.abs() > FELT)
-        })
+        let mut at: Vec<f64> = (1..=sizes.coordinates).map(|k| 0.618 * k as f64).collect();
+        at.resize(sizes.variables(), 0.0);
+        let forces = sizes.coordinates * sizes.coordinates;
+        felt(&*self.dynamics, (&parameters, numbers), (&at, forces)).contains(&true)
     }
 
     /// Names of what an effect on structure can act on: the links that move, the base; nothing where the

@@ -141,6 +141,7 @@ impl<T: Number> System<T> {
     }
 
     /// The dynamics, their parameters set.
+    #[inline(always)]
     pub(super) fn bound(&self) -> &Bound<T> {
         &self.bound
     }
@@ -250,46 +251,8 @@ impl<T: Number> System<T> {
         substeps: usize,
         state: &mut [T],
     ) {
-        if self.implicit().is_some() {
-            let alone = Strand { system: self, workspace: w, inputs, state };
-            return advance_together(&mut [alone], times, substeps);
-        }
-        self.advance_alone(w, times, inputs, substeps, state);
-    }
-
-    /// The same where nothing is known of derivatives but that numbers carry them.
-    pub(super) fn advance_alone(
-        &self,
-        w: &mut Workspace<T>,
-        times: (f64, f64),
-        inputs: StepInput<T>,
-        substeps: usize,
-        state: &mut [T],
-    ) {
-        self.bound.advance(Step { system: self, workspace: w, times, inputs, substeps, state });
-    }
-
-    #[inline(always)]
-    fn advance_along<B: BoundDynamics<T> + ?Sized>(
-        &self,
-        bound: &B,
-        w: &mut Workspace<T>,
-        times: (f64, f64),
-        inputs: StepInput<T>,
-        substeps: usize,
-        state: &mut [T],
-    ) {
-        let h = (times.1 - times.0) / substeps as f64;
-        for s in 0..substeps {
-            let part = |c: usize| (2 * s + c, 2 * substeps);
-            let t = times.0 + s as f64 * h;
-            self.stage(bound, w, 0, (t, part(0)), inputs, (state, 0.0));
-            self.stage(bound, w, 1, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
-            self.stage(bound, w, 2, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
-            self.stage(bound, w, 3, (t + h, part(2)), inputs, (state, h));
-            w.complete(h, state);
-            self.impose(&w.input, state);
-        }
+        let alone = Strand { system: self, workspace: w, inputs, state };
+        advance_together(&mut [alone], times, substeps);
     }
 
     /// The slope of one RK4 stage: at `state` moved by a step along the slope before it.
@@ -379,14 +342,11 @@ impl<T: Number> System<T> {
     }
 }
 
-/// A call of [`System::advance`], on its way through the dynamics.
+/// Steps of one system, on their way through the dynamics.
 pub struct Step<'a, T: Number> {
-    system: &'a System<T>,
-    workspace: &'a mut Workspace<T>,
-    times: (f64, f64),
-    inputs: StepInput<'a, T>,
-    substeps: usize,
-    state: &'a mut [T],
+    pub(super) strand: Strand<'a, T>,
+    pub(super) times: (f64, f64),
+    pub(super) substeps: usize,
 }
 
 impl<T: Number> Step<'_, T> {
@@ -409,8 +369,19 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> pulp::WithSimd for Along<'_, T, B>
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Step { system, workspace, times, inputs, substeps, state } = self.step;
-        system.advance_along(self.bound, workspace, times, inputs, substeps, state);
+        let Self { step: Step { strand, times, substeps }, bound } = self;
+        let Strand { system, workspace: w, inputs, state } = strand;
+        let h = (times.1 - times.0) / substeps as f64;
+        for s in 0..substeps {
+            let part = |c: usize| (2 * s + c, 2 * substeps);
+            let t = times.0 + s as f64 * h;
+            system.stage(bound, w, 0, (t, part(0)), inputs, (state, 0.0));
+            system.stage(bound, w, 1, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
+            system.stage(bound, w, 2, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
+            system.stage(bound, w, 3, (t + h, part(2)), inputs, (state, h));
+            w.complete(h, state);
+            system.impose(&w.input, state);
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Systems of the same values, stepped side by side: each carries derivatives in directions of its own.
 
 use super::mass::{factor, solve_factored};
-use super::system::{System, Workspace};
+use super::system::{Step, System, Workspace};
 use crate::dynamics::{Implicit, ImplicitRoom};
 use crate::input::StepInput;
 use lacuna_numbers::Number;
@@ -30,8 +30,9 @@ pub fn advance_together<T: Number>(
     match first.system.implicit() {
         Some(_) => pulp::Arch::new().dispatch(Together { strands, times, substeps }),
         None => {
-            for Strand { system, workspace, inputs, state } in strands {
-                system.advance_alone(workspace, times, *inputs, substeps, state);
+            for &mut Strand { system, ref mut workspace, inputs, ref mut state } in strands {
+                let strand = Strand { system, workspace, inputs, state };
+                system.bound().advance(Step { strand, times, substeps });
             }
         }
     }

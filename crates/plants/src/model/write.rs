@@ -5,6 +5,12 @@ use lacuna_effects::{Effect, Kind, Variable};
 use std::path::Path;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
+/// A text as a model file has it, in quotes.
+#[must_use]
+pub fn quoted(text: &str) -> String {
+    Value::from(text).to_string()
+}
+
 /// What to change in a model.
 #[derive(Clone, Debug, Default)]
 pub struct Augmentation {

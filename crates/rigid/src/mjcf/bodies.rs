@@ -3,11 +3,11 @@
 use super::defaults::{ClassId, Defaults, Part};
 use super::frames::pose;
 use super::inertia;
-use super::joints::{self, Ends};
+use super::joints;
 use super::settings::{EXPAND, Settings};
 use crate::Inertia;
 use crate::algebra::Pose;
-use crate::robot::{Link, RobotError, RobotJoint};
+use crate::robot::{Ends, Link, RobotError, RobotJoint};
 use crate::xml::Element;
 
 /// Links and joints: the first link is the world.
@@ -110,7 +110,7 @@ impl<'s, 'a> Bodies<'s, 'a> {
         contents: &[Content<'a>],
     ) -> Result<Inertia<f64>, RobotError> {
         let why = "compensated gravity is not simulated";
-        Part::alone(body).check_none("gravcomp", why)?;
+        Part::alone(body).check_unset("gravcomp", why)?;
         let geoms = tagged(contents, &["geom"]);
         let geoms = geoms.iter().map(|c| Ok((self.part(c)?, c.frame)));
         let geoms = geoms.collect::<Result<Vec<_>, RobotError>>()?;

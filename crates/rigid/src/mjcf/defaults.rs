@@ -1,7 +1,7 @@
 //! `<default>` classes: what elements do not say themselves.
 
 use crate::robot::RobotError;
-use crate::xml::{Element, numbers_or};
+use crate::xml::{Element, numbers_or, positive_or};
 use std::collections::HashMap;
 
 /// Classes within each other. The file's own way to say things is two or three deep.
@@ -175,16 +175,11 @@ impl<'a> Part<'_, 'a> {
     }
 
     pub fn positive_or(&self, name: &str, otherwise: f64) -> Result<f64, RobotError> {
-        let [number] = self.numbers_or(name, [otherwise])?;
-        if number >= 0.0 {
-            return Ok(number);
-        }
-        let message = format!("{name} of {} must be 0 or more; found {number}", self.own.called());
-        Err(self.holder(name).unwrap_or(self.own).error(message))
+        positive_or(self.holder(name), (self.own, name), otherwise)
     }
 
-    /// What an element states and is not simulated.
-    pub fn check_none(&self, name: &str, why: &str) -> Result<(), RobotError> {
+    /// What is not simulated must not be stated.
+    pub fn check_unset(&self, name: &str, why: &str) -> Result<(), RobotError> {
         match self.holder(name) {
             Some(element) if element.list(name)?.iter().all(|x| *x > 0.0) => {
                 Err(element.error(format!("{name} of {}: {why}", self.own.called())))

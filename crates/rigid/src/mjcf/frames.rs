@@ -3,7 +3,7 @@
 use super::defaults::Part;
 use super::settings::Settings;
 use crate::algebra::{
-    Matrix, Pose, Vector, add, cross, dot, product, rotation, scaled, transposed, unit,
+    Matrix, Pose, Vector, add, cross, dot, length, product, rotation, scaled, transposed, unit,
 };
 use crate::robot::RobotError;
 use crate::xml::Element;
@@ -65,5 +65,5 @@ fn quaternion(element: Element) -> Result<Matrix<f64>, RobotError> {
 pub(super) fn from_z_directly(to: Vector<f64>) -> Matrix<f64> {
     let about = cross(AXES[2], to);
     // Where it is turned about, any axis across z would do: x, as in MuJoCo.
-    rotation(unit(about).unwrap_or(AXES[0]), dot(about, about).sqrt().atan2(to[2]))
+    rotation(unit(about).unwrap_or(AXES[0]), length(about).atan2(to[2]))
 }

@@ -3,10 +3,10 @@
 use super::defaults::Part;
 use super::frames::{from_z_directly, pose};
 use super::settings::Settings;
-use crate::algebra::{Pose, Vector, dot, unit};
+use crate::Inertia;
+use crate::algebra::{Pose, Vector, length, unit};
 use crate::robot::RobotError;
 use crate::xml::Element;
-use crate::{Inertia, InertialParameters};
 use std::f64::consts::PI;
 
 /// Density of a geom that does not say its own, kg/m^3.
@@ -42,9 +42,7 @@ pub(super) fn of_geom(
     };
     let mass = geom.positive_or("mass", density * shape.volume(halves))?;
     let [xx, yy, zz] = shape.inertia(halves).map(|of_unit| mass * of_unit);
-    let inertia = [xx, 0.0, 0.0, yy, 0.0, zz];
-    let about_centre = InertialParameters { mass, centre: [0.0; 3], inertia };
-    Ok(about_centre.about_origin().seen_from_frame(&frame))
+    Ok(Inertia::of_centred(mass, [xx, 0.0, 0.0, yy, 0.0, zz], &frame))
 }
 
 /// The shape of a geom; none of one that weighs nothing, whatever is said.
@@ -96,7 +94,7 @@ fn between(geom: &Part, shape: Shape, fromto: Element) -> Result<(Vector<f64>, P
     let (middle, along) = ([a + d, b + e, c + f].map(|x| 0.5 * x), [d - a, e - b, f - c]);
     let axis = unit(along).ok_or_else(|| fromto.must_be("fromto", "two points apart"))?;
     let [radius] = size(geom)?;
-    let halves = [radius, radius, 0.5 * dot(along, along).sqrt()];
+    let halves = [radius, radius, 0.5 * length(along)];
     Ok((halves, Pose { rotation: from_z_directly(axis), translation: middle }))
 }
 

@@ -6,7 +6,7 @@ use super::geoms::of_geom;
 use super::settings::{FromGeoms, Settings};
 use crate::algebra::Pose;
 use crate::robot::RobotError;
-use crate::xml::Element;
+use crate::xml::{Element, check_diagonal};
 use crate::{Inertia, InertialParameters};
 use nalgebra::{Matrix3, SymmetricEigen};
 
@@ -42,18 +42,10 @@ fn of_inertial(element: Element, settings: &Settings) -> Result<Inertia<f64>, Ro
     element.attribute("pos")?;
     element.attribute("mass")?;
     let mass = part.positive("mass")?;
-    let diagonal = part.numbers_or("diaginertia", [0.0; 3])?;
-    let [x, y, z] = diagonal;
-    let full = part.numbers_or("fullinertia", [x, y, z, 0.0, 0.0, 0.0])?;
-    let [xx, yy, zz, xy, xz, yz] = full;
-    if xx.min(yy).min(zz) < 0.0 {
-        let message =
-            format!("inertia of {} must be 0 or more: {xx}, {yy}, {zz}", element.called());
-        return Err(element.error(message));
-    }
-    let inertia = [xx, xy, xz, yy, yz, zz];
-    let about_centre = InertialParameters { mass, centre: [0.0; 3], inertia };
-    Ok(about_centre.about_origin().seen_from_frame(&pose(&part, settings)?))
+    let [x, y, z] = part.numbers_or("diaginertia", [0.0; 3])?;
+    let [xx, yy, zz, xy, xz, yz] = part.numbers_or("fullinertia", [x, y, z, 0.0, 0.0, 0.0])?;
+    check_diagonal(element, [xx, yy, zz])?;
+    Ok(Inertia::of_centred(mass, [xx, xy, xz, yy, yz, zz], &pose(&part, settings)?))
 }
 
 /// No less than the bounds of `<compiler>` in mass and principal inertia, and one that a body can have

@@ -4,17 +4,10 @@ use super::defaults::Part;
 use super::settings::Settings;
 use crate::JointKind;
 use crate::algebra::{Pose, add, times, unit};
-use crate::robot::{Link, Moves, RobotError, RobotJoint};
+use crate::robot::{Ends, Link, Moves, RobotError, RobotJoint};
 
-/// What a joint holds together.
-pub(super) struct Ends {
-    pub parent: usize,
-    pub child: usize,
-    /// The body's frame in the parent's, where joints stand as the file places them.
-    pub pose: Pose,
-}
-
-/// Read a joint, whose place and axis are told in `frame`, which stands so in the body's.
+/// Read a joint, whose place and axis are told in `frame`, which stands so in the body's. Its ends stand as
+/// the file places them.
 pub(super) fn read(
     part: &Part,
     (name, frame): (String, Pose),
@@ -29,8 +22,8 @@ pub(super) fn read(
         let message = format!("the axis of {} has length 0", part.own.called());
         part.holder("axis").unwrap_or(part.own).error(message)
     })?;
-    part.check_none("springdamper", "state its stiffness and damping")?;
-    part.check_none("springyield", "a spring that yields is not simulated")?;
+    part.check_unset("springdamper", "state its stiffness and damping")?;
+    part.check_unset("springyield", "a spring that yields is not simulated")?;
     let [stiffness] = part.numbers_or("stiffness", [0.0])?;
     let [spring_reference] = part.numbers_or("springref", [0.0])?;
     let [reference] = part.numbers_or("ref", [0.0])?;
@@ -55,23 +48,9 @@ pub(super) fn read(
 }
 
 /// What holds a link to its parent's where there is no joint.
-pub(super) fn fixed(link: &Link, Ends { parent, child, pose }: Ends) -> RobotJoint {
-    RobotJoint {
-        // A name that no joint of the file has: bodies and their joints are often called the same.
-        name: format!("{} (fixed)", link.name),
-        moves: Moves::Fixed,
-        parent,
-        child,
-        pose,
-        axis: [0.0, 0.0, 1.0],
-        anchor: [0.0; 3],
-        damping: 0.0,
-        friction: 0.0,
-        armature: 0.0,
-        stiffness: 0.0,
-        spring_reference: 0.0,
-        line: link.line,
-    }
+pub(super) fn fixed(link: &Link, ends: Ends) -> RobotJoint {
+    // A name that no joint of the file has: bodies and their joints are often called the same.
+    RobotJoint::bare((format!("{} (fixed)", link.name), link.line), Moves::Fixed, ends)
 }
 
 fn moves(part: &Part) -> Result<Moves, RobotError> {

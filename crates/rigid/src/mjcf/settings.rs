@@ -1,5 +1,6 @@
 //! `<compiler>` and `<option>`: how the rest of a file is meant.
 
+use crate::GRAVITY;
 use crate::algebra::Vector;
 use crate::robot::RobotError;
 use crate::xml::{Element, numbers_or};
@@ -59,7 +60,7 @@ impl Settings {
         let [least_inertia] = numbers_or(compiler("boundinertia"), "boundinertia", [0.0])?;
         let flags = || root.children("option").flat_map(|o| o.children("flag"));
         let falls = flags().all(|flag| flag.get("gravity") != Some("disable"));
-        let gravity = numbers_or(option("gravity"), "gravity", [0.0, 0.0, -9.81])?;
+        let gravity = numbers_or(option("gravity"), "gravity", GRAVITY)?;
         Ok(Self {
             angle,
             euler: turns(compiler("eulerseq"))?,

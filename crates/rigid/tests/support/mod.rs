@@ -5,7 +5,7 @@ pub mod mjcf;
 pub mod oracle;
 
 use lacuna_excitation::rng;
-use lacuna_rigid::Tree;
+use lacuna_rigid::{Dynamics, Robot, RobotError, Room, Tree};
 use rand::{Rng, RngExt};
 use std::fmt::Write;
 
@@ -76,7 +76,28 @@ pub fn drawn_states(n: usize, count: usize, seed: u64) -> Vec<Vec<f64>> {
     (0..count).map(|_| state()).collect()
 }
 
+/// A text in which something is replaced, the line of what is wrong then, and words that are said of it.
+pub type Wrong<'a> = (&'a str, &'a str, u32, &'a [&'a str]);
+
+pub fn assert_refused(read: fn(&str) -> Result<Robot, RobotError>, text: &str, cases: &[Wrong]) {
+    for (from, to, line, words) in cases {
+        assert!(text.contains(from), "{from}");
+        let RobotError { line: found, message } = read(&text.replace(from, to)).expect_err(to);
+        assert_eq!(found, Some(*line), "{from} -> {to}: {message}");
+        for word in *words {
+            assert!(message.contains(word), "{from} -> {to}: {message}");
+        }
+    }
+}
+
 /// M and h of a tree whose bodies are as its file says.
 pub fn mass_and_bias(tree: &Tree, state: &[f64], gravity: [f64; 3]) -> (Vec<f64>, Vec<f64>) {
-    tree.mass_and_bias(state.split_at(tree.bodies.len()), gravity)
+    let n = tree.bodies.len();
+    let (inertia, (q, v)) = (tree.inertia(), state.split_at(n));
+    let dynamics = Dynamics::new(tree, &inertia, gravity);
+    let (mut room, mut mass, mut bias) = (Room::new(n), vec![0.0; n * n], vec![0.0; n]);
+    dynamics.place(&mut room, q);
+    dynamics.mass_matrix(&mut room, &mut mass);
+    dynamics.inverse(&mut room, (v, &vec![0.0; n]), &mut bias);
+    (mass, bias)
 }

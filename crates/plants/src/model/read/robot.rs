@@ -1,21 +1,17 @@
 //! `[robot]`: a model whose equations of motion are those of a robot's own file.
 
 use super::{File, RawInput, Reader};
-use crate::dynamics::{Dynamics, PARTS, Part, RobotDynamics, Sizes};
+use crate::dynamics::{Dynamics, PARTS, Part, RobotDynamics, felt};
 use crate::model::{
     Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, RecordedInput, Source,
-    Uncertainty,
+    Uncertainty, quoted,
 };
-use lacuna_numbers::{Dual, LANES, Number};
-use lacuna_rigid::{Body, JointKind, Robot, RobotError, Tree};
+use lacuna_rigid::{GRAVITY, Joint, JointKind, Robot, RobotError, Tree};
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
-
-/// Gravity where neither the model nor the robot's file says any, m/s^2.
-const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -57,10 +53,8 @@ pub(super) fn about(path: &Path, text: &str) -> Option<String> {
     let kind = path.extension().and_then(|kind| kind.to_str()).unwrap_or_default();
     let named = ["urdf", "xml", "mjcf"].iter().any(|known| kind.eq_ignore_ascii_case(known));
     let (name, stem) = (path.file_name()?.to_str()?, path.file_stem()?.to_str()?);
-    let quoted = |text: &str| toml_edit::Value::from(text).to_string();
-    (named || text.trim_start().starts_with('<')).then(|| {
-        format!("name = {}\n\n[robot]\nfile = {}\n", quoted(stem).trim(), quoted(name).trim())
-    })
+    (named || text.trim_start().starts_with('<'))
+        .then(|| format!("name = {}\n\n[robot]\nfile = {}\n", quoted(stem), quoted(name)))
 }
 
 impl Reader<'_> {
@@ -79,8 +73,8 @@ impl Reader<'_> {
         let mut model = Model {
             name: raw.name.clone(),
             parameters,
-            inputs: tree.bodies.iter().map(input).collect(),
-            coordinates: tree.bodies.iter().map(coordinate).collect(),
+            inputs: tree.bodies.iter().map(|b| RecordedInput::of_joint(&b.joint)).collect(),
+            coordinates: tree.bodies.iter().map(|b| Coordinate::of_joint(&b.joint)).collect(),
             states: vec![],
             effects: vec![],
             measurements: vec![],
@@ -327,7 +321,7 @@ fn assume_rotors(model: &mut Model, tree: &Tree) {
     for (i, body) in tree.bodies.iter().enumerate() {
         let kind = body.joint.kind;
         let alike = |&p: &usize| tree.bodies[p].joint.kind == kind && moved[p] > 0.0;
-        let before = tree.before(i).find(alike);
+        let before = tree.path(i).skip(1).find(alike);
         let (0.0, true, Some(before)) = (moved[i], body.inertia.mass > 0.0, before) else {
             continue;
         };
@@ -359,42 +353,38 @@ fn radius(&[xx, _, _, yy, _, zz]: &[f64; 6], entry: &str) -> f64 {
 /// Which parameters change anything anywhere: the inertia of a body that only turns about one axis is known
 /// about that axis alone.
 fn matters(dynamics: &RobotDynamics, values: &[f64]) -> Vec<bool> {
-    const SMALL: f64 = 1e-12;
-    let sizes: Sizes = dynamics.sizes();
     // Coordinates and velocities in no relation to each other.
     let place = |k: usize| ((k + 1) as f64 * 0.754_877_666).fract() * 4.0 - 2.0;
-    let variables: Vec<Dual> = (0..sizes.variables()).map(|k| Dual::constant(place(k))).collect();
-    let mut rates = vec![Dual::constant(0.0); sizes.rates()];
-    let mut matters = vec![false; values.len()];
-    for first in (0..values.len()).step_by(LANES) {
-        let along: Vec<Dual> =
-            values.iter().enumerate().map(|(k, v)| Dual::among(*v, k, first)).collect();
-        dynamics.bind_dual(&along).evaluate_once(&variables, &mut rates);
-        for lane in 0..LANES.min(values.len() - first) {
-            matters[first + lane] = rates.iter().any(|r| r.tangent[lane].abs() > SMALL);
-        }
+    let variables: Vec<f64> = (0..dynamics.sizes().variables()).map(place).collect();
+    felt(dynamics, (values, 0..values.len()), (&variables, 0))
+}
+
+impl RecordedInput {
+    /// What drives a robot's joint.
+    #[must_use]
+    pub fn of_joint(joint: &Joint) -> Self {
+        let (what, unit) = match joint.kind {
+            JointKind::Revolute => ("torque", "N m"),
+            JointKind::Prismatic => ("force", "N"),
+        };
+        Self::new(&format!("{}_{what}", joint.name), unit)
     }
-    matters
 }
 
-fn input(body: &Body) -> RecordedInput {
-    let (what, unit) = match body.joint.kind {
-        JointKind::Revolute => ("torque", "N m"),
-        JointKind::Prismatic => ("force", "N"),
-    };
-    RecordedInput::new(&format!("{}_{what}", body.joint.name), unit)
-}
-
-fn coordinate(body: &Body) -> Coordinate {
-    let (unit, force_unit) = match body.joint.kind {
-        JointKind::Revolute => ("rad", "N m"),
-        JointKind::Prismatic => ("m", "N"),
-    };
-    Coordinate {
-        name: body.joint.name.clone(),
-        velocity: format!("{}_vel", body.joint.name),
-        unit: unit.to_owned(),
-        force_unit: Some(force_unit.to_owned()),
-        imposed: false,
+impl Coordinate {
+    /// That of a robot's joint.
+    #[must_use]
+    pub fn of_joint(joint: &Joint) -> Self {
+        let (unit, force_unit) = match joint.kind {
+            JointKind::Revolute => ("rad", "N m"),
+            JointKind::Prismatic => ("m", "N"),
+        };
+        Self {
+            name: joint.name.clone(),
+            velocity: format!("{}_vel", joint.name),
+            unit: unit.to_owned(),
+            force_unit: Some(force_unit.to_owned()),
+            imposed: false,
+        }
     }
 }

@@ -1,0 +1,86 @@
+//! Which columns of a recording are a robot's channels.
+
+use lacuna::plants::model::{Coordinate, RecordedInput};
+use lacuna::recordings::Recording;
+use lacuna::rigid;
+
+/// What stands before or after a joint's name in that of a column, and the unit that it tells.
+const POSITION: [(&str, Option<&str>); 6] = [
+    ("", None),
+    ("pos", None),
+    ("position", None),
+    ("q", None),
+    ("angle", None),
+    ("deg", Some("deg")),
+];
+const VELOCITY: [(&str, Option<&str>); 5] =
+    [("vel", None), ("velocity", None), ("speed", None), ("dq", None), ("qd", None)];
+const DRIVE: [(&str, Option<&str>); 5] =
+    [("torque", None), ("force", None), ("effort", None), ("tau", None), ("trq", None)];
+
+/// A column that is a channel.
+pub(super) struct Found {
+    pub channel: String,
+    pub column: Option<String>,
+    pub unit: String,
+}
+
+/// A joint, and what a recording has of it.
+pub(super) struct Joint {
+    pub name: String,
+    position: Found,
+    velocity: Found,
+    pub drive: Found,
+}
+
+impl Joint {
+    pub fn of(joint: &rigid::Joint, recording: &Recording) -> Self {
+        let (coordinate, input) = (Coordinate::of_joint(joint), RecordedInput::of_joint(joint));
+        let found = |channel: String, words: &[(&str, Option<&str>)], unit: &str| {
+            Found::among(recording, (&joint.name, channel), words, unit)
+        };
+        let position = found(coordinate.name, &POSITION, &coordinate.unit);
+        let velocity = found(coordinate.velocity, &VELOCITY, &format!("{}/s", coordinate.unit));
+        let drive = found(input.name, &DRIVE, &input.unit);
+        Self { name: joint.name.clone(), position, velocity, drive }
+    }
+
+    pub fn channels(&self) -> [&Found; 3] {
+        [&self.position, &self.velocity, &self.drive]
+    }
+
+    /// Whether nothing is recorded of it.
+    pub fn is_absent(&self) -> bool {
+        self.channels().iter().all(|c| c.column.is_none())
+    }
+}
+
+impl Found {
+    /// The column of a recording that is a channel of a joint: of the channel's own name, or of the joint's with
+    /// a word before or after it.
+    fn among(
+        recording: &Recording,
+        (joint, channel): (&str, String),
+        words: &[(&str, Option<&str>)],
+        unit: &str,
+    ) -> Self {
+        let columns = || recording.columns.iter().map(|c| &c.name);
+        if let Some(exact) = columns().find(|c| **c == channel) {
+            return Self { column: Some(exact.clone()), channel, unit: unit.to_owned() };
+        }
+        let joint = letters(joint);
+        for (word, told) in words {
+            let meant = [format!("{joint}{word}"), format!("{word}{joint}")];
+            if let Some(column) = columns().find(|c| meant.contains(&letters(c))) {
+                let unit = told.unwrap_or(unit).to_owned();
+                return Self { column: Some(column.clone()), channel, unit };
+            }
+        }
+        Self { column: None, channel, unit: unit.to_owned() }
+    }
+}
+
+/// A name without what separates its words.
+fn letters(name: &str) -> String {
+    name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
+}
