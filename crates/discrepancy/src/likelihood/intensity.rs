@@ -61,7 +61,9 @@ pub fn most_likely(
     let known = |s: &Source| !is_stated(s) && *s.of(&mut here.clone()) != *s.of(&mut none.clone());
     used.extend(sources.iter().copied().filter(known));
     let mut best = if here.is_none() { begin } else { along.log_likelihood(&here) };
-    along.share_out(&used[stated..], &mut best, &mut here);
+    for &source in used[stated..].iter().rev() {
+        (best, here) = along.refined(&here, along.scan(&here, source));
+    }
     loop {
         // What nothing drives has the noise that it shows.
         let drives = |s: &Source| !here.is_none() || !matches!(s, Source::Output(_));

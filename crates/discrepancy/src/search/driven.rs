@@ -8,7 +8,7 @@
 
 use super::forward::{Tried, rank};
 use super::{Path, Search, Searched, untried};
-use crate::likelihood::{FULL, Fit, FitError, QUICK, intensity};
+use crate::likelihood::{FULL, Fit, FitError, ProcessNoise, QUICK, intensity};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -129,13 +129,21 @@ impl<'p> Search<'p> {
 
     /// A fit with the intensities that are most likely along it.
     pub(super) fn quieted<'f>(&self, fit: &Fit<'f>) -> Result<Quieted<'f>, FitError> {
+        self.quieted_from(fit, None)
+    }
+
+    /// The same, sought from intensities that are known already.
+    fn quieted_from<'f>(
+        &self,
+        fit: &Fit<'f>,
+        mut near: Option<Arc<ProcessNoise>>,
+    ) -> Result<Quieted<'f>, FitError> {
         let mut fit = fit.clone();
         if fit.noise.is_none() && fit.reduced() < self.decision.noise {
             return Ok(Quieted { fit, gone: true });
         }
-        for round in 0..ROUNDS {
-            let near = fit.noise.as_deref().filter(|_| round > 0);
-            let (noise, gained) = intensity::most_likely(&fit, self.decision.tie, near)?;
+        for _ in 0..ROUNDS {
+            let (noise, gained) = intensity::most_likely(&fit, self.decision.tie, near.as_deref())?;
             if noise.is_none() || gained < self.decision.prior_odds {
                 return Ok(Quieted { fit, gone: true });
             }
@@ -144,7 +152,8 @@ impl<'p> Search<'p> {
                 noise.inputs, noise.forces
             ));
             let settled = fit.noise.as_deref().is_some_and(|old| old.is_near(&noise));
-            fit = fit.driven_by(Some(Arc::new(noise)), QUICK)?;
+            near = Some(Arc::new(noise));
+            fit = fit.driven_by(near.clone(), QUICK)?;
             if settled {
                 break;
             }
@@ -162,7 +171,7 @@ impl<'p> Search<'p> {
         if base.noise.is_none() {
             return Some((base.clone(), tried, false));
         }
-        let best = self.quieted(&tried.first()?.fit);
+        let best = self.quieted_from(&tried.first()?.fit, base.noise.clone());
         let (noise, gone) = best.map_or((base.noise.clone(), false), |b| (b.fit.noise, b.gone));
         let base = base.driven_by(noise.clone(), QUICK).ok()?;
         tried.truncate(self.decision.shortlist);
