@@ -1,9 +1,12 @@
 //! An elastic end stop: `-stiffness max(q - position, 0), or its mirror image for side = -1`.
 
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable,
+    Acts, At, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior,
+    Range, Scales, Variable,
 };
+
+/// The laws of end stops. Their shared numbers: stiffness, position, side.
+pub(crate) static FAMILY: Family = Family { words: "end stops" };
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "end_stop",
@@ -19,7 +22,15 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&EndStop),
     priors,
     shapes,
-    nature: Nature { edge: true, ..Nature::PLAIN },
+    nature: Nature {
+        kin: Some(Kin {
+            family: &FAMILY,
+            shared: |p, _| p.to_vec(),
+            begun: |shared, _| vec![shared.to_vec()],
+        }),
+        edge: true,
+        ..Nature::PLAIN
+    },
 };
 
 #[derive(Debug)]
@@ -31,17 +42,28 @@ impl ForceLaw for EndStop {
         [-shape[1] * beyond.max(T::constant(0.0))]
     }
 
-    /// A side of 0 (none given) is the side on which the stop stands.
     fn internal(&self, physical: &[f64]) -> Vec<f64> {
-        let side = if physical[2] == 0.0 { physical[1].signum() } else { physical[2].signum() };
-        vec![physical[0], physical[1], side]
+        vec![physical[0], physical[1], stands(physical[1], physical[2])]
     }
 }
 
+/// The side of a stop: 0 (none given) is that on which it stands.
+pub(crate) fn stands(position: f64, side: f64) -> f64 {
+    if side == 0.0 { position.signum() } else { side.signum() }
+}
+
+/// A usual stiffness: the force that moves the channel presses it in by a twentieth of its way.
+pub(crate) fn stiffness(scales: &Scales) -> f64 {
+    20.0 * scales.force / scales.half_range()
+}
+
+/// A stop stands where the channel comes.
+pub(crate) fn position_prior(scales: &Scales) -> Prior {
+    Prior::near(scales.centre(), 0.7 * scales.half_range(), scales.q)
+}
+
 fn priors(scales: &Scales) -> Vec<Prior> {
-    let reach = scales.half_range();
-    let position = Prior::near(scales.centre(), 0.7 * reach, scales.q);
-    vec![Prior::magnitude(20.0 * scales.force / reach), position, Prior::Fixed]
+    vec![Prior::magnitude(stiffness(scales)), position_prior(scales), Prior::Fixed]
 }
 
 fn shapes(scales: &Scales) -> Vec<Vec<f64>> {

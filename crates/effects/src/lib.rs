@@ -40,6 +40,7 @@ mod coulomb_friction;
 mod coupling_friction;
 mod coupling_stiffness;
 mod cubic_stiffness;
+mod damped_stop;
 mod dead_zone;
 mod dry_friction;
 mod effect;
@@ -118,6 +119,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &payload::EFFECT,
     &base_tilt::EFFECT,
     &end_stop::EFFECT,
+    &damped_stop::EFFECT,
     &gravity_torque::EFFECT,
     &cogging::EFFECT,
     &coupling_stiffness::EFFECT,

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 46] = [
+const DESIGNED: [&str; 47] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -24,6 +24,7 @@ const DESIGNED: [&str; 46] = [
     "payload",
     "base_tilt",
     "end_stop",
+    "damped_stop",
     "gravity_torque",
     "cogging",
     "coupling_stiffness",
@@ -118,6 +119,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("payload", &["kg", "m", "m", "m", "m"], &["kg", "m", "m", "m", "m"]),
         ("base_tilt", &["rad", "rad"], &["rad", "rad"]),
         ("end_stop", &["N/m", "m", "1"], &["N m/rad", "rad", "1"]),
+        ("damped_stop", &["N/m", "s/m", "m", "1"], &["N m/rad", "s/rad", "rad", "1"]),
         ("gravity_torque", &["N"], &["N m"]),
         ("cogging", &["N", "1/m", "1"], &["N m", "1/rad", "1"]),
         ("coupling_stiffness", &["N/m"], &["N m/rad"]),

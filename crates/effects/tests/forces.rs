@@ -101,6 +101,16 @@ fn an_end_stop_pushes_back_from_its_side_alone() {
     obeys("end_stop", &[50.0, 0.5, 0.0], |p| if p.q > 0.5 { -50.0 * (p.q - 0.5) } else { 0.0 });
 }
 
+#[test]
+fn a_damped_stop_pushes_and_never_pulls() {
+    let push = |depth: f64, speed: f64| 50.0 * depth.max(0.0) * (1.0 + 0.9 * speed).max(0.0);
+    obeys("damped_stop", &[50.0, 0.9, 0.5, 1.0], |p| -push(p.q - 0.5, p.v));
+    obeys("damped_stop", &[50.0, 0.9, -0.5, -1.0], |p| push(-0.5 - p.q, -p.v));
+    obeys("damped_stop", &[50.0, 0.9, -0.5, 0.0], |p| push(-0.5 - p.q, -p.v));
+    // Without dissipation it is the elastic one.
+    obeys("damped_stop", &[50.0, 0.0, 0.5, 1.0], |p| -push(p.q - 0.5, 0.0));
+}
+
 /// Along a given motion; in a simulation it is part of the mass matrix.
 #[test]
 fn an_added_inertia_resists_acceleration() {
@@ -322,6 +332,7 @@ fn one_sided_amplitudes_are_those_of_energy_losses_and_of_springs_that_only_push
         assert_eq!(range(class, 0), Range::NonNegative, "{class}");
     }
     assert_eq!(range("end_stop", 0), Range::NonNegative);
+    assert_eq!(range("damped_stop", 1), Range::NonNegative);
     assert_eq!(range("overflow", 0), Range::NonNegative);
     assert_eq!(range("constant_force", 0), Range::Any);
     assert_eq!(range("cubic_stiffness", 0), Range::Any);

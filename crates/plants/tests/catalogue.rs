@@ -68,6 +68,7 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("added_inertia", "inertia = 0.2", &["q1", "q2"]),
     ("end_stop", "stiffness = 100\nposition = 0.1", &["q1"]),
     ("end_stop", "stiffness = 100\nposition = 0.05\nside = -1", &["q1"]),
+    ("damped_stop", "stiffness = 100\ndissipation = 2\nposition = 0.1", &["q1"]),
     ("gravity_torque", "magnitude = 2.0", &["q1"]),
     ("cogging", "amplitude = 0.3\nwavenumber = 12", &["q1"]),
     ("coupling_stiffness", "other = \"q2\"\nstiffness = 2.0", &["q1"]),

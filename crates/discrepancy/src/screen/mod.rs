@@ -102,12 +102,15 @@ impl<'p> Screen<'p> {
 
     /// Every candidate with its best shape, the one that gains most first. What a candidate gains
     /// is summed over its shapes, each of which is as likely as the others before any data:
-    /// `log mean exp gain`.
+    /// `log mean exp gain`. Those that nobody waits for any more are left out.
     #[must_use]
     pub fn score(&self, candidates: &[Candidate]) -> Vec<Scored> {
         let mut best: Vec<Scored> = candidates
             .par_iter()
             .filter_map(|c| {
+                if self.problem.is_cancelled() {
+                    return None;
+                }
                 let scales = self.problem.scales(c.effect, c.channel, c.other);
                 let shapes = c.shapes(&scales);
                 let count = shapes.len() as f64;

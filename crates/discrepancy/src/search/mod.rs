@@ -348,7 +348,7 @@ impl<'p> Search<'p> {
         let begun = begun.map_err(|e| self.failed(e))?;
         let floor = begun.inflation();
         // Whether anything is missing shows in windows that are long enough for it to add up.
-        let fit = chain::polish(self.watch.necessarily(|| self.lengthen(begun)));
+        let fit = chain::polish(self.lengthen(begun));
         self.tell("calibrated", &fit);
         Ok((fit, floor))
     }

@@ -114,6 +114,17 @@ fn friction_that_grows_with_the_torque() {
 }
 
 #[test]
+fn a_stop_that_dissipates() {
+    let truth =
+        effect("damped_stop", "q", "stiffness = 20\ndissipation = 0.8\nposition = 0.3\nside = 1");
+    let d = conceal(ON_PENDULUM, 313, &truth);
+    let numbers = [("stiffness", 20.0), ("dissipation", 0.8), ("position", 0.3)];
+    names(&d, "end_stop", "q", &numbers);
+    assert_eq!(d.findings[0].law.as_deref(), Some("damped_stop"));
+    assert_eq!(d.findings[0].parameters["dissipation"].unit, "s/rad");
+}
+
+#[test]
 fn a_damper_that_its_current_sets() {
     let truth = effect("input_damping", "q", "other = \"tau\"\ncoefficient = 0.1");
     let d = conceal(ON_PENDULUM, 312, &truth);
