@@ -19,12 +19,14 @@
 //! composite bodies (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 and 6); vectors are
 //! those of three dimensions, in each body's own frame.
 //!
-//! Trees are those of robots' own files, [`urdf`] or [`mjcf`]: [`read`].
+//! Trees are those of robots' own files, [`urdf`] or [`mjcf`]: [`read`]. Such a file is written with other
+//! values in it by [`edit`](mod@edit).
 //!
 //! SI units: metres, radians, kilograms, seconds.
 
 mod algebra;
 mod dynamics;
+pub mod edit;
 mod inertia;
 pub mod mjcf;
 mod motion;

@@ -5,6 +5,10 @@
 //! The text is read by `roxmltree`, and not by `urdf-rs`: mistakes must be told by their line, and
 //! `urdf-rs` does not keep where an element stood.
 
+mod edit;
+
+pub(crate) use edit::edited;
+
 use crate::algebra::{Pose, Vector, unit};
 use crate::robot::{Coupling, Link, Moves, Robot, RobotError, RobotJoint};
 use crate::xml::{Element, Source, check_twice, numbers_or};

@@ -24,6 +24,7 @@ mod actuators;
 mod bodies;
 mod couplings;
 mod defaults;
+mod edit;
 mod frames;
 mod geoms;
 mod inertia;
@@ -34,6 +35,7 @@ use crate::robot::{Robot, RobotError};
 use crate::xml::{Element, Source, check_twice};
 use bodies::Bodies;
 use defaults::Defaults;
+pub(crate) use edit::edited;
 use settings::Settings;
 
 /// Read a robot from the text of an MJCF file.
