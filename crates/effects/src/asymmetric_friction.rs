@@ -28,7 +28,7 @@ pub(crate) static EFFECT: Effect = Effect {
             shared: |p, _| shared(0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0]), p[2]),
             begun: |s, _| vec![vec![s[0] - s[1], s[0] + s[1], s[2]]],
         }),
-        stated: Some(Stated::friction(&[0.5, 0.5], "that it differs between the directions")),
+        stated: Some(Stated::friction(&[0.5, 0.5], "the difference between the directions")),
         ..Nature::PLAIN
     },
 };

@@ -34,7 +34,7 @@ pub(crate) static EFFECT: Effect = Effect {
             begun,
         }),
         variation_of: Some(&coulomb_friction::EFFECT),
-        stated: Some(Stated::friction(&[1.0], "that it grows with the load")),
+        stated: Some(Stated::friction(&[1.0], "the growth with the load")),
         ..Nature::PLAIN
     },
 };

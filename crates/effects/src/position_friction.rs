@@ -32,7 +32,7 @@ pub(crate) static EFFECT: Effect = Effect {
             shared: |p, _| shared(p[0], 0.0, p[2]),
             begun: |s, _| vec![vec![s[0], 0.0, s[2]]],
         }),
-        stated: Some(Stated::friction(&[1.0], "that it depends on position")),
+        stated: Some(Stated::friction(&[1.0], "the dependence on position")),
         ..Nature::PLAIN
     },
 };

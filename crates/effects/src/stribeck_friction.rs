@@ -25,7 +25,7 @@ pub(crate) static EFFECT: Effect = Effect {
     shapes,
     nature: Nature {
         kin: Some(Kin { family: &FAMILY, shared: |p, _| shared(p[0], 0.0, p[3]), begun }),
-        stated: Some(Stated::friction(&[1.0], "that it is another at low speed")),
+        stated: Some(Stated::friction(&[1.0], "the other friction at low speed")),
         ..Nature::PLAIN
     },
 };

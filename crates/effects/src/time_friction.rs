@@ -35,7 +35,7 @@ pub(crate) static EFFECT: Effect = Effect {
             begun,
         }),
         variation_of: Some(&coulomb_friction::EFFECT),
-        stated: Some(Stated::friction(&[0.0, 1.0], "that it was another before")),
+        stated: Some(Stated::friction(&[0.0, 1.0], "the change with time")),
         ..Nature::PLAIN
     },
 };

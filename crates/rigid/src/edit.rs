@@ -11,7 +11,7 @@
 //! | gravity | - | `<option gravity>` |
 //! | gain of a motor | - | `gear` of the `<motor>`s of the joint |
 
-use crate::xml::{Source, comment};
+use crate::xml::{Element, Source, comment};
 use crate::{Inertia, Robot, RobotError, mjcf, read, urdf};
 use nalgebra::{Matrix3, SymmetricEigen};
 use thiserror::Error;
@@ -25,7 +25,8 @@ pub enum Change {
     Friction(String, f64),
     /// Rotor inertia on a joint's side, all of it, kg m^2 or kg.
     Armature(String, f64),
-    /// The spring in a joint: its stiffness (N m/rad or N/m), and the coordinate where it is at rest.
+    /// The spring in a joint: its stiffness (N m/rad or N/m), and the coordinate where it is at rest: an
+    /// infinite one stands for a force without a spring.
     Spring(String, f64, f64),
     /// Inertia that a link has beside what the file states, in the link's frame.
     Inertia(String, Inertia<f64>),
@@ -88,6 +89,9 @@ pub enum Unstated {
     /// The inertia would be one that no body can have.
     #[error("no body can have such a mass and inertia")]
     NoBody,
+    /// A force that never changes can be that of a spring alone.
+    #[error("it is none of a spring")]
+    NoSpring,
     /// What the file says of its bodies' inertia does not count.
     #[error("<compiler inertiafromgeom=\"true\"> has inertia follow from shapes alone")]
     FromGeoms,
@@ -109,6 +113,8 @@ pub struct Edited {
     pub text: String,
     /// Its format.
     pub format: Format,
+    /// Whether it names other files, such as meshes, by where they are relative to it.
+    pub names_files: bool,
     /// The edits, by their numbers, that are not in it, and why.
     pub left_out: Vec<(usize, Unstated)>,
 }
@@ -119,11 +125,14 @@ pub struct Edited {
 /// [`RobotError`] where the text is not that of a robot ([`read`]).
 pub fn edit(text: &str, edits: &[Edit]) -> Result<Edited, RobotError> {
     let robot = read(text)?;
-    let format = match Source::parse(text)?.root().tag() {
+    let source = Source::parse(text)?;
+    let format = match source.root().tag() {
         "mujoco" => Format::Mjcf,
         _ => Format::Urdf,
     };
-    let mut out = Edited { text: text.to_owned(), format, left_out: vec![] };
+    let named = |e: Element| e.get("file").or(e.get("filename")).is_some_and(is_relative);
+    let names_files = source.root().descendants().any(named);
+    let mut out = Edited { text: text.to_owned(), format, names_files, left_out: vec![] };
     for (number, edit) in edits.iter().enumerate() {
         match edited(&out.text, (format, &robot), edit) {
             Ok(text) => out.text = text,
@@ -152,6 +161,11 @@ fn edited(text: &str, (format, robot): (Format, &Robot), edit: &Edit) -> Result<
         Format::Urdf => urdf::edited(whole, robot, edit),
         Format::Mjcf => mjcf::edited(whole, robot, edit),
     }
+}
+
+/// Whether a file's name, or address, means another file from another folder.
+fn is_relative(name: &str) -> bool {
+    !name.contains("://") && !name.starts_with('/')
 }
 
 /// A quantity that is not negative.

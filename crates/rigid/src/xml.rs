@@ -2,7 +2,7 @@
 
 mod patch;
 
-pub(crate) use patch::{Patch, comment, numbers};
+pub(crate) use patch::{Patch, comment, computed, numbers};
 
 use crate::RobotError;
 use roxmltree::{Document, Node};

@@ -6,7 +6,7 @@ use super::settings::{FromGeoms, Settings, last};
 use super::{actuators, frames};
 use crate::edit::{Change, Edit, Unstated, positive, with_added};
 use crate::robot::{Moves, RobotJoint};
-use crate::xml::{Element, Patch, comment, numbers};
+use crate::xml::{Element, Patch, comment, computed, numbers};
 use crate::{InertialParameters, JointKind, Robot};
 
 /// The text with an edit.
@@ -92,6 +92,9 @@ fn spring(
     name: &str,
     (stiffness, reference): (f64, f64),
 ) -> Result<(), Unstated> {
+    if !reference.is_finite() {
+        return Err(Unstated::NoSpring);
+    }
     let (element, joint) = (joint_element(root, name)?, joint_of(robot, name)?);
     patch.set(element, "stiffness", &numbers(&[stiffness]));
     if reference != joint.spring_reference {
@@ -106,10 +109,10 @@ fn spring(
 fn inertial(patch: &mut Patch, body: Element, whole: &InertialParameters<f64>, says: &str) {
     let [xx, xy, xz, yy, yz, zz] = whole.inertia;
     let tensor = match [xy, xz, yz].iter().all(|x| *x == 0.0) {
-        true => ("diaginertia", numbers(&[xx, yy, zz])),
-        false => ("fullinertia", numbers(&[xx, yy, zz, xy, xz, yz])),
+        true => ("diaginertia", computed(&[xx, yy, zz])),
+        false => ("fullinertia", computed(&[xx, yy, zz, xy, xz, yz])),
     };
-    let stated = [("pos", numbers(&whole.centre)), ("mass", numbers(&[whole.mass])), tensor];
+    let stated = [("pos", computed(&whole.centre)), ("mass", computed(&[whole.mass])), tensor];
     let Some(inertial) = body.child("inertial") else {
         let all: String = stated.map(|(name, value)| format!(" {name}=\"{value}\"")).concat();
         patch.first_in(body, &[says.to_owned(), format!("<inertial{all}/>")]);

@@ -1,7 +1,7 @@
 //! A URDF with other values in it.
 
 use crate::edit::{Change, Edit, Format, Unstated, positive, with_added};
-use crate::xml::{Element, Patch, comment, numbers};
+use crate::xml::{Element, Patch, comment, computed, numbers};
 use crate::{InertialParameters, Robot};
 
 /// The text with an edit.
@@ -55,9 +55,9 @@ fn dynamics(
 
 /// The inertia along the axes of the link's frame.
 fn inertial(patch: &mut Patch, link: Element, whole: &InertialParameters<f64>, says: &str) {
-    let (place, mass) = (numbers(&whole.centre), numbers(&[whole.mass]));
+    let (place, mass) = (computed(&whole.centre), computed(&[whole.mass]));
     let entries = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].into_iter().zip(whole.inertia);
-    let entries = entries.map(|(name, entry)| (name, numbers(&[entry])));
+    let entries = entries.map(|(name, entry)| (name, computed(&[entry])));
     let Some(inertial) = link.child("inertial") else {
         let inertia: String = entries.map(|(name, entry)| format!(" {name}=\"{entry}\"")).collect();
         let inertial = format!(

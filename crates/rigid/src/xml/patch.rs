@@ -143,3 +143,9 @@ pub(crate) fn numbers(all: &[f64]) -> String {
     };
     all.iter().map(one).collect::<Vec<_>>().join(" ")
 }
+
+/// The same of what was computed: without the last digit, which is that of rounding.
+pub(crate) fn computed(all: &[f64]) -> String {
+    let rounded = |x: &f64| format!("{x:.14e}").parse().unwrap_or(*x);
+    numbers(&all.iter().map(rounded).collect::<Vec<_>>())
+}
