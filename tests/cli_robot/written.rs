@@ -151,11 +151,13 @@ fn of_a_law_that_says_more_the_part_that_is_said_is_written() {
     let bench = Bench::new("");
     let more =
         "class = \"asymmetric_friction\"\nchannel = \"elbow\"\npositive = 0.3\nnegative = 0.5\n";
-    let (_, urdf) = written(&bench, "arm.urdf", &[more]);
+    let none = "class = \"cubic_stiffness\"\nchannel = \"elbow\"\nstiffness = 0.2\n";
+    let (_, urdf) = written(&bench, "arm.urdf", &[more, none]);
     let elbow = rigid::read(&urdf.text).expect("a robot").joint("elbow").expect("a joint").friction;
     assert_eq!(elbow, 0.4);
     let lost = "the difference between the directions (asymmetric_friction on elbow)";
-    assert_eq!(urdf.left_out[0].what, lost);
+    let left: Vec<&str> = urdf.left_out.iter().map(|l| &*l.what).collect();
+    assert_eq!(left, [lost, "cubic_stiffness on elbow"]);
     let numbers = format!("{lost}: positive 0.300 N m, negative 0.500 N m: a URDF has no place");
     assert!(urdf.text.contains(&numbers), "{}", urdf.text);
 }

@@ -12,7 +12,7 @@
 //! | gain of a motor | - | `gear` of the `<motor>`s of the joint |
 
 use crate::xml::{Element, Source, comment};
-use crate::{Inertia, Robot, RobotError, mjcf, read, urdf};
+use crate::{Format, Inertia, Robot, RobotError, mjcf, read, urdf};
 use nalgebra::{Matrix3, SymmetricEigen};
 use thiserror::Error;
 
@@ -43,35 +43,6 @@ pub struct Edit {
     pub change: Change,
     /// The comment.
     pub says: String,
-}
-
-/// The format of a robot's file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// URDF.
-    Urdf,
-    /// MJCF, MuJoCo's XML.
-    Mjcf,
-}
-
-impl Format {
-    /// As it is called.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Urdf => "URDF",
-            Self::Mjcf => "MJCF",
-        }
-    }
-
-    /// How names of such files end.
-    #[must_use]
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Urdf => "urdf",
-            Self::Mjcf => "xml",
-        }
-    }
 }
 
 /// Why a file cannot state something.
@@ -111,8 +82,6 @@ pub enum Unstated {
 pub struct Edited {
     /// Its text.
     pub text: String,
-    /// Its format.
-    pub format: Format,
     /// Whether it names other files, such as meshes, by where they are relative to it.
     pub names_files: bool,
     /// The edits, by their numbers, that are not in it, and why.
@@ -126,15 +95,11 @@ pub struct Edited {
 pub fn edit(text: &str, edits: &[Edit]) -> Result<Edited, RobotError> {
     let robot = read(text)?;
     let source = Source::parse(text)?;
-    let format = match source.root().tag() {
-        "mujoco" => Format::Mjcf,
-        _ => Format::Urdf,
-    };
     let named = |e: Element| e.get("file").or(e.get("filename")).is_some_and(is_relative);
     let names_files = source.root().descendants().any(named);
-    let mut out = Edited { text: text.to_owned(), format, names_files, left_out: vec![] };
+    let mut out = Edited { text: text.to_owned(), names_files, left_out: vec![] };
     for (number, edit) in edits.iter().enumerate() {
-        match edited(&out.text, (format, &robot), edit) {
+        match edited(&out.text, &robot, edit) {
             Ok(text) => out.text = text,
             Err(why) => out.left_out.push((number, why)),
         }
@@ -154,10 +119,10 @@ pub fn headed(text: &str, says: &str) -> Result<String, RobotError> {
     Ok(format!("{}{says}{end}{}", &text[..start], &text[start..]))
 }
 
-fn edited(text: &str, (format, robot): (Format, &Robot), edit: &Edit) -> Result<String, Unstated> {
+fn edited(text: &str, robot: &Robot, edit: &Edit) -> Result<String, Unstated> {
     let source = Source::parse(text)?;
     let whole = (text, source.root());
-    match format {
+    match robot.format {
         Format::Urdf => urdf::edited(whole, robot, edit),
         Format::Mjcf => mjcf::edited(whole, robot, edit),
     }

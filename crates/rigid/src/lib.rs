@@ -40,7 +40,7 @@ pub use algebra::{Matrix, Pose, Vector};
 pub use dynamics::{Dynamics, Room};
 pub use inertia::{Inertia, InertialParameters};
 pub use motion::Motion;
-pub use robot::{Coupling, JointKind, Link, Moves, Robot, RobotError, RobotJoint};
+pub use robot::{Coupling, Format, JointKind, Link, Moves, Robot, RobotError, RobotJoint};
 pub use tree::{Body, Joint, Tree};
 
 /// Read a robot from the text of its file, in the format that its first element says.

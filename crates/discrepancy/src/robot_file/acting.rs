@@ -56,7 +56,9 @@ fn is(finding: &Finding, new: &NewEffect) -> bool {
 impl Acting {
     /// Its class, where it acts.
     pub fn called(&self) -> String {
-        format!("{} {}", self.new.effect.class, self.new.effect.acts.at(&self.new.channel))
+        let NewEffect { effect, channel, other, .. } = &self.new;
+        let other = other.as_ref().map_or_else(String::new, |other| format!(" and {other}"));
+        format!("{} {}{other}", effect.class, effect.acts.at(channel))
     }
 
     /// Its class and how sure that is.

@@ -15,8 +15,8 @@ use crate::words::numbers;
 use acting::Acting;
 use lacuna_plants::Model;
 use lacuna_plants::model::{Augmentation, RobotFile};
-use lacuna_rigid::RobotError;
 use lacuna_rigid::edit::{Change, Edit, Edited, Unstated, edit, headed};
+use lacuna_rigid::{Format, RobotError};
 
 /// A robot's own file with what was found.
 #[derive(Clone, Debug)]
@@ -59,18 +59,9 @@ pub fn augmented(
     augmentation: &Augmentation,
     findings: &[Finding],
 ) -> Result<Option<Augmented>, RobotError> {
-    let (Some(file), Some(tree)) = (model.robot_file(), model.dynamics().tree()) else {
-        return Ok(None);
-    };
-    let known = acting::parameters(model, augmentation);
-    let known = model.by_body(&known);
+    let Some(file) = model.robot_file() else { return Ok(None) };
     let acting = acting::effects(model, augmentation, findings);
-    let mut planned = vec![];
-    for (body, known) in tree.bodies.iter().zip(&known) {
-        planned.extend(joints::changes(&body.joint, known, &acting, model));
-        planned.extend(structure::link(body, &known.inertia, &acting));
-    }
-    planned.extend(structure::gravity(file, &acting));
+    let planned = planned(model, file, (augmentation, &acting));
     let edits = planned
         .iter()
         .map(|p| Edit { change: p.change.clone(), says: format!("lacuna: {} {}", p.what, p.says) });
@@ -83,8 +74,8 @@ pub fn augmented(
             LeftOut { what: format!("{what} {of}"), details: format!("{says}: {why}") }
         })
         .collect();
-    left_out.extend(acting.iter().filter_map(|a| beyond(a, &edited)));
-    let name = format!("augmented.{}", edited.format.extension());
+    left_out.extend(acting.iter().filter_map(|a| beyond(a, file.format)));
+    let name = format!("augmented.{}", file.format.extension());
     let text = match edited.text == file.text && left_out.is_empty() {
         true => edited.text,
         false => headed(&edited.text, &head(file, &edited, &left_out))?,
@@ -92,16 +83,34 @@ pub fn augmented(
     Ok(Some(Augmented { name, text, left_out }))
 }
 
+/// What is to be another than the file says.
+fn planned(
+    model: &Model,
+    file: &RobotFile,
+    (augmentation, acting): (&Augmentation, &[Acting]),
+) -> Vec<Planned> {
+    let known = acting::parameters(model, augmentation);
+    let bodies = model.dynamics().tree().map_or(&[][..], |tree| &tree.bodies);
+    let mut planned = vec![];
+    for (body, known) in bodies.iter().zip(model.by_body(&known)) {
+        planned.extend(joints::changes(&body.joint, &known, acting, model));
+        planned.extend(structure::link(body, &known.inertia, acting));
+    }
+    planned.extend(structure::gravity(file, acting));
+    planned
+}
+
 /// What of an effect is no quantity that any such file knows.
-fn beyond(a: &Acting, edited: &Edited) -> Option<LeftOut> {
+fn beyond(a: &Acting, format: Format) -> Option<LeftOut> {
     let numbers = numbers(&a.new, &[]);
     let what = match a.new.effect.nature.stated {
         Some(stated) => format!("{} ({})", stated.lost?, a.called()),
         None if a.structure().is_some() => return None,
         None => a.called(),
     };
-    let why = Unstated::NoPlace(edited.format);
-    Some(LeftOut { what, details: format!("{numbers}: {why}") })
+    let why = Unstated::NoPlace(format);
+    let details = if numbers.is_empty() { why.to_string() } else { format!("{numbers}: {why}") };
+    Some(LeftOut { what, details })
 }
 
 /// What stands in front of the file.
@@ -113,7 +122,7 @@ fn head(file: &RobotFile, edited: &Edited, left_out: &[LeftOut]) -> String {
         lines.push(format!("Other files are named relative to the folder of {name}."));
     }
     if !left_out.is_empty() {
-        lines.push(format!("Not in this {}:", edited.format.name()));
+        lines.push(format!("Not in this {}:", file.format.name()));
         lines.extend(left_out.iter().map(|l| format!("  {}: {}", l.what, l.details)));
     }
     lines.join("\n     ")

@@ -2,7 +2,7 @@
 
 use super::Model;
 use crate::dynamics::PARTS;
-use lacuna_rigid::InertialParameters;
+use lacuna_rigid::{Format, InertialParameters};
 use std::path::PathBuf;
 
 /// A robot's own file, as it was read.
@@ -12,6 +12,8 @@ pub struct RobotFile {
     pub path: PathBuf,
     /// Its text.
     pub text: String,
+    /// The format of it.
+    pub format: Format,
     /// Gravity that it states, or that holds where it states none, m/s^2, in the root's frame.
     pub stated_gravity: [f64; 3],
     /// Gravity in the model.

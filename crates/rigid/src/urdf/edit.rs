@@ -1,8 +1,8 @@
 //! A URDF with other values in it.
 
-use crate::edit::{Change, Edit, Format, Unstated, positive, with_added};
+use crate::edit::{Change, Edit, Unstated, positive, with_added};
 use crate::xml::{Element, Patch, comment, computed, numbers};
-use crate::{InertialParameters, Robot};
+use crate::{Format, InertialParameters, Robot};
 
 /// The text with an edit.
 pub(crate) fn edited(

@@ -151,7 +151,8 @@ impl Reader<'_> {
         let held = self.held(&raw.locked, &robot)?;
         let tree = robot.tree(&held).map_err(in_file)?;
         let stated_gravity = robot.gravity.unwrap_or(GRAVITY);
-        Ok((tree, RobotFile { path: file, text, stated_gravity, gravity: stated_gravity }))
+        let format = robot.format;
+        Ok((tree, RobotFile { path: file, text, format, stated_gravity, gravity: stated_gravity }))
     }
 
     /// The joints that are held still, each where.
