@@ -8,6 +8,7 @@ use lacuna_rigid::edit::{Change, Edit, Edited, Unstated, edit, headed};
 use lacuna_rigid::{Format, Inertia, InertialParameters, Robot, read};
 use support::drawn_urdf;
 use support::mjcf::drawn_mjcf;
+use support::oracle::published;
 
 const URDF: &str = r#"<?xml version="1.0"?>
 <!-- The arm in the corner. -->
@@ -213,6 +214,18 @@ fn what_a_format_cannot_say_is_left_out_and_told() {
     assert_eq!(edited.left_out, [(0, Unstated::FromGeoms)]);
 }
 
+/// Another folder's file finds meshes by their address alone.
+#[test]
+fn a_file_that_names_others_says_so() {
+    let names = |file: &str| {
+        let mesh =
+            format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual></link>");
+        edit(&URDF.replace("</link>", &mesh), &[]).expect("a robot").names_files
+    };
+    assert!(names("meshes/upper.stl") && !names("package://arm/upper.stl") && !names("/upper.stl"));
+    assert!(!edit(URDF, &[]).expect("a robot").names_files);
+}
+
 #[test]
 fn a_comment_stands_before_the_first_element() {
     let text = headed(URDF, "one\n  two").expect("XML");
@@ -222,33 +235,42 @@ fn a_comment_stands_before_the_first_element() {
     assert!(other.starts_with("<!-- one\r\ntwo -->\r\n<mujoco"));
 }
 
-/// Every joint and link of drawn robots of all ways to say things, changed at once.
+/// Every joint, and every link that has mass, changed at once.
+fn assert_all_can_change(text: &str) {
+    let before = read(text).expect("a robot");
+    let carried = before.joints.iter().map(|j| &before.links[j.child]);
+    let carried: Vec<_> = carried.filter(|l| l.inertia.mass > 0.0).collect();
+    let movable = before.movable();
+    let added = ball(0.7, [0.1, -0.2, 0.3]);
+    let of_joints = movable.iter().flat_map(|joint| {
+        [Change::Damping((*joint).into(), 77.0), Change::Friction((*joint).into(), 1.3)]
+    });
+    let of_links = carried.iter().map(|l| Change::Inertia(l.name.clone(), added));
+    let (_, after) = whole(text, &of_joints.chain(of_links).collect::<Vec<_>>());
+    for (b, a) in before.joints.iter().zip(&after.joints) {
+        let changed = movable.contains(&a.name.as_str());
+        let expected = if changed { (77.0, 1.3) } else { (b.damping, b.friction) };
+        assert_eq!((a.damping, a.friction), expected, "{}", a.name);
+        assert_eq!((a.pose, a.armature, a.stiffness), (b.pose, b.armature, b.stiffness));
+    }
+    for (b, a) in before.links.iter().zip(&after.links) {
+        let changed = carried.iter().any(|l| l.name == b.name);
+        let added = if changed { added } else { Inertia::none() };
+        assert_same(&a.inertia, &b.inertia.plus(&added));
+    }
+}
+
 #[test]
 fn drawn_robots_are_read_as_they_were_written() {
     for seed in 0..12 {
-        for text in [drawn_urdf(4 + seed as usize, seed), drawn_mjcf(4 + seed as usize, seed)] {
-            let before = read(&text).expect("a robot");
-            let carried = before.joints.iter().map(|j| &before.links[j.child]);
-            let carried: Vec<_> = carried.filter(|l| l.inertia.mass > 0.0).collect();
-            let movable = before.movable();
-            let mut changes: Vec<Change> = carried
-                .iter()
-                .map(|l| Change::Inertia(l.name.clone(), ball(0.7, [0.1, -0.2, 0.3])))
-                .collect();
-            changes.extend(movable.iter().map(|j| Change::Damping((*j).into(), 0.77)));
-            changes.extend(movable.iter().map(|j| Change::Friction((*j).into(), 1.3)));
-            let (_, after) = whole(&text, &changes);
-            for (b, a) in before.joints.iter().zip(&after.joints) {
-                let changed = movable.contains(&a.name.as_str());
-                let expected = if changed { (0.77, 1.3) } else { (b.damping, b.friction) };
-                assert_eq!((a.damping, a.friction), expected, "{}", a.name);
-                assert_eq!((a.pose, a.armature, a.stiffness), (b.pose, b.armature, b.stiffness));
-            }
-            for (b, a) in before.links.iter().zip(&after.links) {
-                let changed = carried.iter().any(|l| l.name == b.name);
-                let added = if changed { ball(0.7, [0.1, -0.2, 0.3]) } else { Inertia::none() };
-                assert_same(&a.inertia, &b.inertia.plus(&added));
-            }
-        }
+        assert_all_can_change(&drawn_urdf(4 + seed as usize, seed));
+        assert_all_can_change(&drawn_mjcf(4 + seed as usize, seed));
+    }
+}
+
+#[test]
+fn published_robots_are_read_as_they_were_written() {
+    for file in ["robot.urdf", "robot.xml"].into_iter().flat_map(published) {
+        assert_all_can_change(&std::fs::read_to_string(file).expect("a file"));
     }
 }
