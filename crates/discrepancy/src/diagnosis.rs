@@ -3,6 +3,10 @@
 //! Fields are added in later versions of the same schema number, never renamed or removed;
 //! a change of meaning raises the number.
 
+mod robot;
+
+pub use robot::{Joint, Robot};
+
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -16,6 +20,9 @@ pub struct Diagnosis {
     pub schema: u32,
     /// Name of the model.
     pub model: String,
+    /// The robot that the model is of, if it is one's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<Robot>,
     /// What is the matter.
     pub verdict: Verdict,
     /// The missing physics, the most important first.

@@ -23,6 +23,7 @@
 //! | free runs and windows | [`Predictor`], [`IdentifiedPredictor`] |
 //! | the whole ladder | [`diagnose::diagnose`] |
 //! | the result | [`Diagnosis`] |
+//! | the same in a robot's own file | [`robot_file`] |
 //!
 //! The linearised likelihood screens: hundreds of candidates cost a second. The likelihood
 //! itself, of the differential equation with free initial states, decides.
@@ -40,6 +41,7 @@ pub mod number;
 pub mod prediction;
 pub mod probability;
 mod range;
+pub mod robot_file;
 pub mod scope;
 pub mod screen;
 pub mod search;

@@ -4,8 +4,8 @@
 //! `(M_ii + inertia) q_i'' = F_i`: as a force it can be told only along a given motion.
 
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable, one_shape,
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Quantity, Range,
+    Scales, Stated, Variable, one_shape,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -18,7 +18,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&AddedInertia),
     priors,
     shapes: one_shape,
-    nature: Nature::PLAIN,
+    nature: Nature { stated: Some(Stated::all(Quantity::RotorInertia)), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

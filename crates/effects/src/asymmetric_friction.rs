@@ -5,7 +5,7 @@ use crate::dry_friction::{
 };
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable,
+    Scales, Stated, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -28,6 +28,7 @@ pub(crate) static EFFECT: Effect = Effect {
             shared: |p, _| shared(0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0]), p[2]),
             begun: |s, _| vec![vec![s[0] - s[1], s[0] + s[1], s[2]]],
         }),
+        stated: Some(Stated::friction(&[0.5, 0.5], "the difference between the directions")),
         ..Nature::PLAIN
     },
 };

@@ -1,8 +1,8 @@
 //! A constant force: `force`.
 
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    one_shape,
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Quantity, Range,
+    Scales, Stated, one_shape,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&ConstantForce),
     priors,
     shapes: one_shape,
-    nature: Nature::PLAIN,
+    nature: Nature { stated: Some(Stated::all(Quantity::Force)), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

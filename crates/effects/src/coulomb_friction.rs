@@ -4,8 +4,8 @@ use crate::dry_friction::{
     FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
 };
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable,
+    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Quantity,
+    Range, Scales, Stated, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -27,6 +27,7 @@ pub(crate) static EFFECT: Effect = Effect {
             shared: |p, _| shared(p[0], 0.0, p[1]),
             begun: |s, _| vec![vec![s[0], s[2]]],
         }),
+        stated: Some(Stated::all(Quantity::Friction)),
         ..Nature::PLAIN
     },
 };

@@ -1,6 +1,6 @@
 //! What an effect is: its description, its law, what is believed of its parameters.
 
-use crate::{Kin, Law, Parameter, Prior, Scales};
+use crate::{Kin, Law, Parameter, Prior, Scales, Stated};
 
 /// One entry of the catalogue.
 #[derive(Debug)]
@@ -80,6 +80,9 @@ pub struct Nature {
     pub ideal: &'static [f64],
     /// How far from rest, as a standard deviation, the memory may begin, given its shape.
     pub memory_spread: fn(&[f64], &Scales, &mut [f64]),
+    /// What the file of a robot can say of it, on a joint or its input; of effects on structure their
+    /// numbers say it ([`crate::StructureLaw::numbers`]).
+    pub stated: Option<Stated>,
 }
 
 impl Nature {
@@ -91,6 +94,7 @@ impl Nature {
         onset: None,
         ideal: &[0.0],
         memory_spread: |_, scales, spread| spread.fill(0.5 * scales.half_range()),
+        stated: None,
     };
 }
 

@@ -1,8 +1,8 @@
 //! A wrong actuator gain: `u_effective = gain u`.
 
 use crate::{
-    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
-    Variable,
+    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Quantity, Range, Scales,
+    SeriesLaw, Stated, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Input(&GainError),
     priors,
     shapes,
-    nature: Nature::PLAIN,
+    nature: Nature { stated: Some(Stated::all(Quantity::Gain)), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

@@ -21,6 +21,7 @@
 //! | what a link is made of beside, how the base stands | [`StructureLaw::numbers`] |
 //! | prior of a and s | [`Effect::priors`] |
 //! | shapes s to begin from | [`Effect::shapes`] |
+//! | what a robot's own file can say of it | [`Nature::stated`] |
 //! | magnitudes as an engineer states them | the *physical* parameters: [`Effect::parameters`], one value after the other: [`Effect::values`] |
 //!
 //! What an effect is stands in its file, in an [`Effect`]; how it is looked for is another
@@ -77,6 +78,7 @@ mod sensor_delay;
 mod sensor_scale;
 mod sine;
 mod spill;
+mod stated;
 mod step_change;
 mod stribeck_friction;
 mod time_friction;
@@ -97,6 +99,7 @@ pub use law::{
 pub use parameter::{Kind, Parameter, Range};
 pub use prior::Prior;
 pub use scales::Scales;
+pub use stated::{Quantity, Stated};
 pub use unit::Dimension;
 
 /// Every effect, in the order in which rivals of equal evidence are tried: simple ones first.

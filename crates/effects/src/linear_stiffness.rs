@@ -1,8 +1,8 @@
 //! Linear stiffness: `-stiffness q`.
 
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable, one_shape,
+    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Quantity, Range,
+    Scales, Stated, Variable, one_shape,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&LinearStiffness),
     priors,
     shapes: one_shape,
-    nature: Nature::PLAIN,
+    nature: Nature { stated: Some(Stated::all(Quantity::Stiffness)), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

@@ -10,7 +10,7 @@ use crate::dry_friction::{
 };
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable, coulomb_friction,
+    Scales, Stated, Variable, coulomb_friction,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -34,6 +34,7 @@ pub(crate) static EFFECT: Effect = Effect {
             begun,
         }),
         variation_of: Some(&coulomb_friction::EFFECT),
+        stated: Some(Stated::friction(&[1.0], "the growth with the load")),
         ..Nature::PLAIN
     },
 };

@@ -15,7 +15,7 @@
 use crate::dry_friction::{FAMILY, shared};
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable,
+    Scales, Stated, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -37,6 +37,7 @@ pub(crate) static EFFECT: Effect = Effect {
         // A sign is sharp beside the peak.
         kin: Some(Kin { family: &FAMILY, shared: |p, _| shared(p[0], 0.0, 0.1 * p[2]), begun }),
         memory_spread: |_, _, spread| spread[0] = 0.7,
+        stated: Some(Stated::friction(&[1.0], "what happens before it slips")),
         ..Nature::PLAIN
     },
 };

@@ -21,7 +21,7 @@
 use crate::dry_friction::{FAMILY, shared, smoothing_velocities};
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable,
+    Scales, Stated, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -44,6 +44,7 @@ pub(crate) static EFFECT: Effect = Effect {
             begun,
         }),
         memory_spread: |_, _, spread| spread.fill(0.7),
+        stated: Some(Stated::friction(&[1.0], "what happens before it slips")),
         ..Nature::PLAIN
     },
 };

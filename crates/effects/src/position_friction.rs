@@ -9,7 +9,7 @@ use crate::dry_friction::{
 };
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable,
+    Scales, Stated, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -32,6 +32,7 @@ pub(crate) static EFFECT: Effect = Effect {
             shared: |p, _| shared(p[0], 0.0, p[2]),
             begun: |s, _| vec![vec![s[0], 0.0, s[2]]],
         }),
+        stated: Some(Stated::friction(&[1.0], "the dependence on position")),
         ..Nature::PLAIN
     },
 };

@@ -5,7 +5,7 @@ use crate::dry_friction::{
 };
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable,
+    Scales, Stated, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -25,6 +25,7 @@ pub(crate) static EFFECT: Effect = Effect {
     shapes,
     nature: Nature {
         kin: Some(Kin { family: &FAMILY, shared: |p, _| shared(p[0], 0.0, p[3]), begun }),
+        stated: Some(Stated::friction(&[1.0], "the other friction at low speed")),
         ..Nature::PLAIN
     },
 };

@@ -9,7 +9,7 @@ use crate::dry_friction::{
 };
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Variable, coulomb_friction,
+    Scales, Stated, Variable, coulomb_friction,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -35,6 +35,7 @@ pub(crate) static EFFECT: Effect = Effect {
             begun,
         }),
         variation_of: Some(&coulomb_friction::EFFECT),
+        stated: Some(Stated::friction(&[0.0, 1.0], "the change with time")),
         ..Nature::PLAIN
     },
 };

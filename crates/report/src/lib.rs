@@ -19,6 +19,7 @@
 //! [`Curve`]: lacuna_discrepancy::diagnosis::Curve
 
 mod autocorrelation;
+mod joints;
 mod page;
 mod pictures;
 mod proof;

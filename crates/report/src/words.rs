@@ -1,5 +1,6 @@
 //! What a diagnosis says, in sentences: the summary and the page use the same.
 
+use crate::joints::{self, Kind};
 use crate::number::{change, diverged, estimate, percent, plain, ratio};
 use lacuna_discrepancy::diagnosis::{
     Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, FormulaFit, ProofOutcome,
@@ -78,10 +79,11 @@ pub fn verdict(d: &Diagnosis) -> String {
             (format!("{model} is wrong in a way that the catalogue does not explain"), ": ")
         }
     };
-    match telling(d) {
+    let said = match telling(d) {
         Some((channel, fit)) => format!("{start}{link}{}.", outcome(channel, fit)),
         None => format!("{start}; no recording was held out to prove it."),
-    }
+    };
+    said + &joints::left_out(d).map_or_else(String::new, |words| format!(" {words}"))
 }
 
 /// The held-out channel that tells most: where the model was worst.
@@ -243,11 +245,31 @@ pub fn parameter(name: &str, e: &Estimate) -> String {
 }
 
 fn named(d: &Diagnosis, sure: bool) -> Vec<String> {
-    let words = |f: &Finding| match sure {
-        true => format!("{} ({} sure)", name(f), percent(f.probability)),
-        false => name(f),
+    let words = |(what, probability): (String, String)| match sure {
+        true => format!("{what} ({probability} sure)"),
+        false => what,
     };
-    d.findings.iter().map(words).collect()
+    told(d).into_iter().map(words).collect()
+}
+
+/// The findings and how sure they are; those of one kind that is missing on every joint of a robot as one.
+pub(crate) fn told(d: &Diagnosis) -> Vec<(String, String)> {
+    let everywhere: Vec<Kind> = joints::kinds(d).into_iter().filter(Kind::is_everywhere).collect();
+    let one = |f: &Finding| {
+        let Some(kind) = everywhere.iter().find(|k| k.findings().any(|other| other == f)) else {
+            return (name(f), percent(f.probability));
+        };
+        let all = joints::all(kind.of_joints.len());
+        let least = kind.findings().map(|f| f.probability).fold(1.0, f64::min);
+        (format!("{} on {all} joints", kind.words), format!("at least {}", percent(least)))
+    };
+    let mut told: Vec<(String, String)> = vec![];
+    for words in d.findings.iter().map(one) {
+        if !told.contains(&words) {
+            told.push(words);
+        }
+    }
+    told
 }
 
 /// `a`, `a and b`, `a, b and c`.

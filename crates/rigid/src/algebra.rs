@@ -126,6 +126,12 @@ impl Pose {
         Self { rotation, translation: scaled(times(&rotation, self.translation), -1.0) }
     }
 
+    /// A direction of the frame that this one stands in, as it is seen from this one.
+    #[must_use]
+    pub fn turned_back(&self, direction: Vector<f64>) -> Vector<f64> {
+        transposed_times(&self.rotation, direction)
+    }
+
     /// A frame that stands so in this one, as it stands where this one does.
     #[must_use]
     pub fn then(&self, inner: &Self) -> Self {

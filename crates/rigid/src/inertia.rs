@@ -109,6 +109,15 @@ impl Inertia<f64> {
     }
 }
 
+impl<T: Copy> InertialParameters<T> {
+    /// All its numbers: mass, centre, inertia.
+    #[must_use]
+    pub fn entries(&self) -> [T; 10] {
+        let ([x, y, z], [xx, xy, xz, yy, yz, zz]) = (self.centre, self.inertia);
+        [self.mass, x, y, z, xx, xy, xz, yy, yz, zz]
+    }
+}
+
 impl<T: Number> InertialParameters<T> {
     /// About the origin of the body's frame.
     #[must_use]

@@ -19,12 +19,14 @@
 //! composite bodies (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 and 6); vectors are
 //! those of three dimensions, in each body's own frame.
 //!
-//! Trees are those of robots' own files, [`urdf`] or [`mjcf`]: [`read`].
+//! Trees are those of robots' own files, [`urdf`] or [`mjcf`]: [`read`]. Such a file is written with other
+//! values in it by [`edit`](mod@edit).
 //!
 //! SI units: metres, radians, kilograms, seconds.
 
 mod algebra;
 mod dynamics;
+pub mod edit;
 mod inertia;
 pub mod mjcf;
 mod motion;
@@ -38,7 +40,7 @@ pub use algebra::{Matrix, Pose, Vector};
 pub use dynamics::{Dynamics, Room};
 pub use inertia::{Inertia, InertialParameters};
 pub use motion::Motion;
-pub use robot::{Coupling, JointKind, Link, Moves, Robot, RobotError, RobotJoint};
+pub use robot::{Coupling, Format, JointKind, Link, Moves, Robot, RobotError, RobotJoint};
 pub use tree::{Body, Joint, Tree};
 
 /// Gravity where nothing else is said, m/s^2, in the frame of the root.

@@ -21,9 +21,40 @@ impl RobotError {
     }
 }
 
+/// The format of a robot's file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// URDF.
+    Urdf,
+    /// MJCF, MuJoCo's XML.
+    Mjcf,
+}
+
+impl Format {
+    /// As it is called.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Urdf => "URDF",
+            Self::Mjcf => "MJCF",
+        }
+    }
+
+    /// How names of such files end.
+    #[must_use]
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Urdf => "urdf",
+            Self::Mjcf => "xml",
+        }
+    }
+}
+
 /// A robot as its file describes it.
 #[derive(Clone, Debug)]
 pub struct Robot {
+    /// The format of that.
+    pub format: Format,
     /// Its name.
     pub name: String,
     /// Links, in the file's order.

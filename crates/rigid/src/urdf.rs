@@ -5,8 +5,12 @@
 //! The text is read by `roxmltree`, and not by `urdf-rs`: mistakes must be told by their line, and
 //! `urdf-rs` does not keep where an element stood.
 
+mod edit;
+
+pub(crate) use edit::edited;
+
 use crate::algebra::{Pose, Vector, unit};
-use crate::robot::{Coupling, Ends, Link, Moves, Robot, RobotError, RobotJoint};
+use crate::robot::{Coupling, Ends, Format, Link, Moves, Robot, RobotError, RobotJoint};
 use crate::xml::{Element, Source, check_diagonal, check_twice, numbers_or, positive_or};
 use crate::{Inertia, JointKind};
 use std::collections::HashMap;
@@ -33,7 +37,8 @@ pub(crate) fn robot(root: Element) -> Result<Robot, RobotError> {
     let joints = joints.collect::<Result<Vec<_>, _>>()?;
     check_twice("joint", joints.iter().map(|j| (&*j.name, j.line)))?;
     let couplings = root.children("joint").enumerate().filter_map(mimic).collect();
-    Robot { name, links, joints, couplings, gravity: None }.checked()
+    let format = Format::Urdf;
+    Robot { format, name, links, joints, couplings, gravity: None }.checked()
 }
 
 /// The `<origin>` of an element.

@@ -1,5 +1,9 @@
 //! Elements of an XML text with the lines they stand in.
 
+mod patch;
+
+pub(crate) use patch::{Patch, comment, computed, numbers};
+
 use crate::RobotError;
 use roxmltree::{Document, Node};
 use std::collections::HashMap;
@@ -34,6 +38,11 @@ pub(crate) struct Element<'a> {
 impl<'a> Element<'a> {
     pub fn tag(self) -> &'a str {
         self.node.tag_name().name()
+    }
+
+    /// Where its text begins.
+    pub fn start(self) -> usize {
+        self.node.range().start
     }
 
     pub fn line(self) -> u32 {

@@ -5,8 +5,8 @@ use super::proof::{Proved, Proving};
 use crate::dataset::{Dataset, Observed, clean};
 use crate::decision::Decision;
 use crate::diagnosis::{
-    Calibration, ChannelFit, DataUsed, Diagnosis, Finding, Integration, ProofOutcome, SCHEMA,
-    Verdict,
+    Calibration, ChannelFit, DataUsed, Diagnosis, Finding, Integration, ProofOutcome, Robot,
+    SCHEMA, Verdict,
 };
 use crate::likelihood::{End, Problem};
 use crate::search::Found;
@@ -86,6 +86,7 @@ impl<'a> Ladder<'a> {
         let diagnosis = Diagnosis {
             schema: SCHEMA,
             model: self.problem.model.name.clone(),
+            robot: Robot::of(self.problem.model),
             verdict,
             location: self.location(&findings),
             formula: (!findings.is_empty()).then(|| self.formula()),

@@ -7,9 +7,10 @@ use lacuna_effects::Kind;
 use lacuna_plants::Model;
 use lacuna_plants::model::{ModelEffect, NewEffect};
 
-/// One sentence: what, where, how much. Which of its values lie at the edge of what was tried is said.
-pub(crate) fn says(e: &ModelEffect, new: &NewEffect, at_bound: &[bool], model: &Model) -> String {
-    let numbers: Vec<String> = e
+/// The numbers of an effect, in words. Which of its values lie at the edge of what was tried is said.
+pub(crate) fn numbers(new: &NewEffect, at_bound: &[bool]) -> String {
+    let at_bound = at_bound.iter().chain(std::iter::repeat(&false));
+    let numbers: Vec<String> = new
         .effect
         .values()
         .zip(&new.parameters)
@@ -20,6 +21,11 @@ pub(crate) fn says(e: &ModelEffect, new: &NewEffect, at_bound: &[bool], model: &
             format!("{} {}", p.name.replace('_', " "), estimate.replace('±', "+-"))
         })
         .collect();
+    numbers.join(", ")
+}
+
+/// One sentence: what, where, how much.
+pub(crate) fn says(e: &ModelEffect, new: &NewEffect, at_bound: &[bool], model: &Model) -> String {
     let mut what = e.effect.words.to_owned();
     if let Some(first) = what.get_mut(0..1) {
         first.make_ascii_uppercase();
@@ -27,5 +33,5 @@ pub(crate) fn says(e: &ModelEffect, new: &NewEffect, at_bound: &[bool], model: &
     let joined = if e.effect.names_input() { "by" } else { "and" };
     let other = new.other.as_ref().map_or_else(String::new, |o| format!(" {joined} {o}"));
     let (at, model) = (e.effect.acts.at(&new.channel), &model.name);
-    format!("{what} {at}{other} is missing from {model}: {}.", numbers.join(", "))
+    format!("{what} {at}{other} is missing from {model}: {}.", numbers(new, at_bound))
 }

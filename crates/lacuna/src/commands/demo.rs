@@ -77,7 +77,7 @@ pub fn run(a: &Arguments) -> Outcome {
     let outcome = outcome?;
     let augmented = model.augmented_text(&outcome.augmentation)?;
     let proofs = diagnose::proofs(&model, &training, &outcome.proofs);
-    diagnose::write(&a.out, &outcome.diagnosis, &augmented, &proofs)?;
+    diagnose::write(&a.out, &outcome.diagnosis, (&augmented, None), &proofs)?;
     say!("{}", report::summary(&outcome.diagnosis, colour()))?;
 
     sayln!("\nUnsealed: {}", sealed_in_words(&truth))?;

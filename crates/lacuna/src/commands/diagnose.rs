@@ -9,6 +9,7 @@ use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::discrepancy::diagnose::{self, Options, Proof};
 use lacuna::discrepancy::diagnosis::{Diagnosis, Verdict};
+use lacuna::discrepancy::robot_file::{Augmented, augmented};
 use lacuna::discrepancy::{Dataset, Observed, Output, Scope, Selector, Watch};
 use lacuna::plants::Model;
 use lacuna::plants::model::Measured;
@@ -29,7 +30,8 @@ pub struct Arguments {
     /// one) is kept
     #[arg(long, num_args = 1..)]
     held_out: Vec<RecordingSource>,
-    /// Write diagnosis.json, augmented.toml and report.html to this folder
+    /// Write diagnosis.json, augmented.toml, report.html and, of a robot, augmented.urdf or augmented.xml
+    /// to this folder
     #[arg(long)]
     out: Option<PathBuf>,
     /// Write the report's pictures as SVG files to figures/ in the folder of --out
@@ -86,10 +88,14 @@ pub fn run(a: &Arguments) -> Outcome {
         return Ok(cancelled);
     }
     let outcome = outcome?;
+    let robot = match a.out {
+        Some(_) => augmented(&model, &outcome.augmentation, &outcome.diagnosis.findings)?,
+        None => None,
+    };
     if let Some(folder) = &a.out {
-        let augmented = model.augmented_text(&outcome.augmentation)?;
+        let text = model.augmented_text(&outcome.augmentation)?;
         let proofs = proofs(&model, &training, &outcome.proofs);
-        write(folder, &outcome.diagnosis, &augmented, &proofs)?;
+        write(folder, &outcome.diagnosis, (&text, robot.as_ref()), &proofs)?;
         if a.figures {
             write_figures(folder, &outcome.diagnosis, &proofs)?;
         }
@@ -100,10 +106,17 @@ pub fn run(a: &Arguments) -> Outcome {
         say!("{}", report::summary(&outcome.diagnosis, colour()))?;
         if let Some(folder) = &a.out {
             sayln!("Written: {}", folder.join("report.html").display())?;
+            say!("{}", robot.iter().filter_map(left_out).collect::<String>())?;
         }
     }
     let mismatch = outcome.diagnosis.verdict != Verdict::NoMismatch;
     Ok(ExitCode::from(u8::from(a.exit_code && mismatch)))
+}
+
+/// What the robot's file that was written does not say, in a line.
+fn left_out(robot: &Augmented) -> Option<String> {
+    let all: Vec<&str> = robot.left_out.iter().map(|l| &*l.what).collect();
+    (!all.is_empty()).then(|| format!("Not in {}: {}.\n", robot.name, all.join("; ")))
 }
 
 /// A positive number of seconds.
@@ -131,14 +144,18 @@ fn datasets(
 pub fn write(
     folder: &Path,
     diagnosis: &Diagnosis,
-    augmented: &str,
+    (augmented, robot): (&str, Option<&Augmented>),
     proofs: &[report::Proof],
 ) -> Result<(), Box<dyn std::error::Error>> {
     let page = report::page(diagnosis, augmented, proofs, &typed());
     let json = serde_json::to_string_pretty(diagnosis)?;
-    let files = [("diagnosis.json", &*json), ("augmented.toml", augmented), ("report.html", &page)];
-    let files = files.map(|(name, text)| (folder.join(name), text));
-    Ok(write_together(&files.each_ref().map(|(path, text)| (path.as_path(), *text)))?)
+    let mut files =
+        vec![("diagnosis.json", &*json), ("augmented.toml", augmented), ("report.html", &page)];
+    files.extend(robot.map(|file| (&*file.name, &*file.text)));
+    let files = files.into_iter().map(|(name, text)| (folder.join(name), text));
+    let files: Vec<_> = files.collect();
+    let files = files.iter().map(|(path, text)| (path.as_path(), *text));
+    Ok(write_together(&files.collect::<Vec<_>>())?)
 }
 
 /// Write the report's pictures to files of their own.

@@ -10,6 +10,7 @@ mod name;
 mod observation;
 mod parameter;
 mod read;
+mod robot;
 mod series;
 mod structure;
 mod system;
@@ -23,6 +24,7 @@ pub use error::{ModelError, Place};
 pub use name::NameError;
 pub use observation::Observation;
 pub use parameter::{Parameter, Uncertainty, UncertaintyError};
+pub use robot::{BodyParameters, RobotFile};
 pub use series::{SeriesEffect, effective_inputs, sensed};
 pub use system::{Direction, Step, System, Workspace};
 pub use together::{Strand, advance_together};
@@ -36,7 +38,6 @@ use crate::input::{InputPath, MOTION};
 use lacuna_effects::{Channel, Effect, Law, Variable};
 use lacuna_numbers::Linear;
 use std::ops::Range;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// What is believed of a machine.
@@ -73,7 +74,7 @@ struct Source {
     file: String,
     text: String,
     /// The robot's own file, where the model names one.
-    robot: Option<PathBuf>,
+    robot: Option<RobotFile>,
 }
 
 /// A recorded signal that drives the machine.

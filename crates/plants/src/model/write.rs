@@ -83,7 +83,7 @@ impl Model {
         };
         let mut document: DocumentMut = source.text.parse().map_err(failed)?;
         if let Some(robot) = &source.robot {
-            document["robot"]["file"] = value(absolute(robot));
+            document["robot"]["file"] = value(absolute(&robot.path));
         }
         self.augment(&mut document, &source.file, augmentation)?;
         let out = document.to_string();

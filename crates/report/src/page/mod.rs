@@ -2,6 +2,7 @@
 
 mod compare;
 mod how;
+mod joints;
 mod proof;
 mod table;
 mod verdict;

@@ -59,8 +59,8 @@ fn tiles(d: &Diagnosis) -> Markup {
     let unexplained = d.ladder.iter().find(|r| r.what == "unexplained");
     html! {
         dl.tiles {
-            @for f in &d.findings {
-                (tile("How sure", &percent(f.probability), &format!("that it is {}", words::name(f))))
+            @for (what, probability) in words::told(d) {
+                (tile("How sure", &probability, &format!("that it is {what}")))
             }
             @if let (Verdict::Unexplained, Some((channel, m))) = (d.verdict, suspected(d)) {
                 (tile("How sure", &percent(likely(m.significance)), &format!("that something is missing, most of it in the equation of {channel}; its name is not known")))

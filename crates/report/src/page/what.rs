@@ -16,6 +16,7 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
         "what",
         about,
         html! {
+            (super::joints::overview(d))
             div.cards { @for f in &d.findings { (card(f)) } }
             (calibration(d))
         },

@@ -42,7 +42,7 @@ fn channel(d: &Diagnosis, name: &str, mismatch: Option<&ChannelMismatch>) -> Vec
 }
 
 /// The learned force with a band of two standard deviations, and the law, if any, over it.
-fn picture(channel: &str, c: &Curve, caption: &str, law: Option<&str>) -> Picture {
+pub(super) fn picture(channel: &str, c: &Curve, caption: &str, law: Option<&str>) -> Picture {
     let points = |y: &[f64]| {
         let all = c.at.iter().copied().zip(y.iter().copied()).collect();
         with_gaps(all, |p: &(f64, f64)| p.0, (f64::NAN, f64::NAN))
@@ -93,7 +93,7 @@ fn with_gaps<P: Copy>(points: Vec<P>, x: impl Fn(&P) -> f64, gap: P) -> Vec<P> {
 }
 
 /// Both curves with half their span around them: the band may open wide where data are few.
-fn view(c: &Curve) -> Option<(f64, f64)> {
+pub(super) fn view(c: &Curve) -> Option<(f64, f64)> {
     let curves = c.learned.iter().chain(&c.law).filter(|v| v.is_finite());
     let (low, high) =
         curves.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));

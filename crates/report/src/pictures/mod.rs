@@ -1,6 +1,7 @@
 //! The pictures of a diagnosis: what the page shows and what is written as files.
 
 mod errors;
+mod friction;
 mod missing_force;
 mod proof;
 
@@ -9,6 +10,7 @@ use lacuna_charts::{ChartError, Figure, Ratios, Surface, ratios_svg, svg};
 use lacuna_discrepancy::Diagnosis;
 
 pub(crate) use errors::errors;
+pub(crate) use friction::friction;
 pub(crate) use missing_force::missing_forces;
 pub(crate) use proof::{Series, shown};
 
@@ -59,6 +61,7 @@ pub fn files(diagnosis: &Diagnosis, series: &[Proof]) -> Vec<FigureFile> {
     errors(diagnosis)
         .into_iter()
         .chain(located)
+        .chain(friction(diagnosis))
         .chain(proofs)
         .filter_map(|p| Some((p.svg(Surface::Own).ok()?, p)))
         .enumerate()

@@ -104,6 +104,7 @@ pub fn missing() -> Diagnosis {
     Diagnosis {
         schema: SCHEMA,
         model: "emps".into(),
+        robot: None,
         verdict: Verdict::MissingPhysics,
         findings: vec![finding],
         formula: Some(FormulaFit { left: 0.031, residual_over_noise: 1.43 }),
@@ -176,6 +177,42 @@ pub fn two_findings() -> Diagnosis {
         ("dq1", errors("rad/s", 0.01, [0.0312, 0.0330], [0.82, 0.013])),
         ("dq2", errors("rad/s", 0.01, [0.41, 0.0107], [2.4, 0.021])),
     ]);
+    d
+}
+
+/// A robot whose file has no friction, on either joint, and no payload.
+pub fn robot() -> Diagnosis {
+    let mut d = missing();
+    d.model = "arm".into();
+    let joint = |name: &str, link: &str| Joint {
+        name: name.into(),
+        velocity: format!("{name}_vel"),
+        input: format!("{name}_torque"),
+        link: link.into(),
+        damping: 0.3,
+        friction: 0.0,
+        armature: 0.0,
+        stiffness: 0.0,
+    };
+    let joints = vec![joint("shoulder", "upper"), joint("elbow", "lower")];
+    d.robot = Some(Robot { format: "URDF".into(), joints });
+    let dry = d.findings.remove(0);
+    let friction = |joint: &str, class: &str, probability| {
+        let mut finding = Finding { channel: joint.into(), probability, ..dry.clone() };
+        finding.class = class.into();
+        finding.curve.as_mut().expect("a curve").variable = format!("{joint}_vel");
+        finding
+    };
+    let mut peaked = friction("elbow", "stribeck_friction", 0.88);
+    peaked.parameters = map([
+        ("coulomb", estimate(0.35, 0.01, "N m")),
+        ("static", estimate(0.5, 0.02, "N m")),
+        ("stribeck_velocity", estimate(0.1, 0.01, "rad/s")),
+    ]);
+    let mut payload = Finding { curve: None, ..friction("lower", "payload", 0.99) };
+    payload.parameters = map([("mass", estimate(0.3, 0.01, "kg"))]);
+    d.findings = vec![friction("shoulder", "coulomb_friction", 0.972), peaked, payload];
+    d.location.channels = map([]);
     d
 }
 

@@ -1,6 +1,6 @@
 //! The page holds every number, is well formed, stands alone and stays small.
 
-use crate::cases::{HOSTILE, missing, null, proof, two_findings, unexplained};
+use crate::cases::{HOSTILE, missing, null, proof, robot, two_findings, unexplained};
 use lacuna_discrepancy::Diagnosis;
 use lacuna_report::number::{percent, with_std};
 use lacuna_report::{Proof, files, page};
@@ -18,6 +18,7 @@ fn cases() -> Vec<(&'static str, Diagnosis, Vec<Proof>)> {
     vec![
         ("missing", missing(), vec![proof("trajectory.csv", "q", 24_000)]),
         ("two_findings", two_findings(), two),
+        ("robot", robot(), vec![proof("held_1.csv", "elbow", 4_000)]),
         ("null", null(), vec![right]),
         ("unexplained", unexplained(), vec![away, proof("run.csv", HOSTILE, 600)]),
     ]
@@ -54,6 +55,33 @@ fn every_finding_is_there_with_its_numbers() {
         }
         assert!(html.contains("class = &quot;coulomb_friction&quot; # &lt; &amp; &gt;"));
     });
+}
+
+/// A robot has many joints: what is missing stands in one table, and their friction side by side.
+#[test]
+fn findings_of_a_robot_are_told_by_joint() {
+    let html = page(&robot(), MODEL, &[], COMMAND);
+    for part in [
+        "Missing from arm: dry friction on both joints and a payload on link lower",
+        "The URDF has no friction on either of its two joints.",
+        "<th scope=\"col\">Joint</th><th scope=\"col\">dry friction</th><th scope=\"col\">a payload</th>",
+        "<th scope=\"row\">elbow</th>",
+        "coulomb 0.350 ± 0.010 N m, static 0.500 ± 0.020 N m",
+        "<td data-label=\"a payload\">0.300 ± 0.010 kg (99.0 %)</td>",
+        "Friction of the joints",
+        "<figcaption>elbow: friction with a Stribeck peak at low speed</figcaption>",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+    let pictures = files(&robot(), &[]);
+    assert_eq!(pictures.iter().filter(|f| f.name.contains("-friction-")).count(), 2);
+    // One joint is no table, and a file that has friction is not said to have none.
+    let mut one = robot();
+    one.findings.truncate(1);
+    let joints = &mut one.robot.as_mut().expect("a robot").joints;
+    joints.iter_mut().for_each(|j| j.friction = 0.1);
+    let html = page(&one, MODEL, &[], COMMAND);
+    assert!(!html.contains("by joint") && !html.contains("has no friction"));
 }
 
 #[test]
@@ -182,6 +210,8 @@ fn the_missing_force_is_drawn_named_or_not() {
             // The law over velocity, and over time what was learned before.
             "missing" => (2, 1),
             "two_findings" => (1, 1),
+            // Each where it is, and side by side.
+            "robot" => (4, 4),
             "null" => (0, 0),
             _ => (2 * d.location.channels.len(), 0),
         };

@@ -151,7 +151,7 @@ impl<'s, 'a> Bodies<'s, 'a> {
 }
 
 /// The name of an element, or its tag with its number.
-fn named(element: Element, tag: &str, next: &mut usize) -> String {
+pub(super) fn named(element: Element, tag: &str, next: &mut usize) -> String {
     let number = *next;
     *next += 1;
     element.get("name").map_or_else(|| format!("{tag}{number}"), str::to_owned)

@@ -67,3 +67,15 @@ pub(super) fn from_z_directly(to: Vector<f64>) -> Matrix<f64> {
     // Where it is turned about, any axis across z would do: x, as in MuJoCo.
     rotation(unit(about).unwrap_or(AXES[0]), length(about).atan2(to[2]))
 }
+
+/// The elements in a body, in the file's order and with those in its `<frame>`s.
+pub(super) fn within(body: Element<'_>) -> Vec<Element<'_>> {
+    let (mut open, mut all) = (body.elements().rev().collect::<Vec<_>>(), vec![]);
+    while let Some(element) = open.pop() {
+        match element.tag() {
+            "frame" => open.extend(element.elements().rev()),
+            _ => all.push(element),
+        }
+    }
+    all
+}

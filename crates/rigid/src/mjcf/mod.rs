@@ -24,16 +24,18 @@ mod actuators;
 mod bodies;
 mod couplings;
 mod defaults;
+mod edit;
 mod frames;
 mod geoms;
 mod inertia;
 mod joints;
 mod settings;
 
-use crate::robot::{Robot, RobotError};
+use crate::robot::{Format, Robot, RobotError};
 use crate::xml::{Element, Source, check_twice};
 use bodies::Bodies;
 use defaults::Defaults;
+pub(crate) use edit::edited;
 use settings::Settings;
 
 /// Read a robot from the text of an MJCF file.
@@ -57,5 +59,6 @@ pub(crate) fn robot(root: Element) -> Result<Robot, RobotError> {
     let couplings = couplings::read(root, &bodies, &defaults)?;
     let name = root.get("model").unwrap_or("robot").to_owned();
     let Bodies { links, joints, .. } = bodies;
-    Robot { name, links, joints, couplings, gravity: Some(settings.gravity) }.checked()
+    let (format, gravity) = (Format::Mjcf, Some(settings.gravity));
+    Robot { format, name, links, joints, couplings, gravity }.checked()
 }

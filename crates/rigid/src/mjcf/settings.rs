@@ -123,7 +123,11 @@ fn check_supported(root: Element) -> Result<(), RobotError> {
 }
 
 /// The last section that states something: later ones win.
-fn last<'a>(root: Element<'a>, section: &'static str, name: &str) -> Option<Element<'a>> {
+pub(super) fn last<'a>(
+    root: Element<'a>,
+    section: &'static str,
+    name: &str,
+) -> Option<Element<'a>> {
     root.children(section).rev().find(|e| e.get(name).is_some())
 }
 

@@ -3,12 +3,11 @@
 use super::{File, RawInput, Reader};
 use crate::dynamics::{Dynamics, PARTS, Part, RobotDynamics, felt};
 use crate::model::{
-    Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, RecordedInput, Source,
-    Uncertainty, quoted,
+    Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, RecordedInput,
+    RobotFile, Source, Uncertainty, quoted,
 };
 use lacuna_rigid::{GRAVITY, Joint, JointKind, Robot, RobotError, Tree};
 use serde::Deserialize;
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
@@ -62,9 +61,10 @@ impl Reader<'_> {
         self.check_alone(raw, table)?;
         let robot = table.get_ref();
         let file = self.beside(robot.file.get_ref());
-        let (tree, gravity) = self.tree(robot, &file)?;
+        let (tree, mut own) = self.tree(robot, file)?;
         let tree = Arc::new(tree);
-        let gravity = robot.gravity.as_ref().map_or(gravity, |g| *g.get_ref());
+        let gravity = robot.gravity.as_ref().map_or(own.stated_gravity, |g| *g.get_ref());
+        own.gravity = gravity;
         if let Some(g) = robot.gravity.as_ref().filter(|_| gravity.iter().any(|g| !g.is_finite())) {
             return Err(self.error(g.span(), "gravity must be finite".to_owned()));
         }
@@ -85,7 +85,7 @@ impl Reader<'_> {
             source: Some(Arc::new(Source {
                 file: self.file.to_owned(),
                 text: self.text.to_owned(),
-                robot: Some(file),
+                robot: Some(own),
             })),
         };
         self.override_parameters(raw, &mut model)?;
@@ -127,14 +127,14 @@ impl Reader<'_> {
         Path::new(self.file).parent().unwrap_or(Path::new("")).join(name)
     }
 
-    /// What moves, and the field of gravity that the file states.
-    fn tree(&self, raw: &RawRobot, file: &Path) -> Result<(Tree, [f64; 3]), ModelError> {
+    /// What moves, and the robot's file.
+    fn tree(&self, raw: &RawRobot, file: PathBuf) -> Result<(Tree, RobotFile), ModelError> {
         let text = match self.robot {
-            Some(text) => Cow::Borrowed(text),
-            None => Cow::Owned(std::fs::read_to_string(file).map_err(|e| {
+            Some(text) => text.to_owned(),
+            None => std::fs::read_to_string(&file).map_err(|e| {
                 let message = format!("the robot's file {} cannot be read: {e}", file.display());
                 self.error(raw.file.span(), message)
-            })?),
+            })?,
         };
         let in_file = |e: RobotError| ModelError {
             file: file.display().to_string(),
@@ -144,7 +144,9 @@ impl Reader<'_> {
         let robot = lacuna_rigid::read(&text).map_err(in_file)?;
         let held = self.held(&raw.locked, &robot)?;
         let tree = robot.tree(&held).map_err(in_file)?;
-        Ok((tree, robot.gravity.unwrap_or(GRAVITY)))
+        let stated_gravity = robot.gravity.unwrap_or(GRAVITY);
+        let format = robot.format;
+        Ok((tree, RobotFile { path: file, text, format, stated_gravity, gravity: stated_gravity }))
     }
 
     /// The joints that are held still, each where.
