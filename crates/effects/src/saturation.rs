@@ -30,9 +30,13 @@ impl SeriesLaw for Saturation {
 
 fn priors(scales: &Scales) -> Vec<Prior> {
     let largest = scales.input.1;
-    vec![Prior::near(0.8 * largest, 0.25 * largest, (0.15 * largest, largest))]
+    // One recording may command far more than the others, and more where the limit keeps it from its aim.
+    vec![Prior::near(0.8 * largest, 0.25 * largest, (0.02 * largest, largest))]
 }
 
 fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
-    (3..19).map(|k| vec![0.05 * f64::from(k) * scales.input.1]).collect()
+    let few = [0.03, 0.05, 0.07, 0.1].into_iter();
+    few.chain((3..19).map(|k| 0.05 * f64::from(k)))
+        .map(|share| vec![share * scales.input.1])
+        .collect()
 }

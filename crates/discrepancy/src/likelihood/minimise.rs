@@ -2,7 +2,7 @@
 
 use super::end::{End, FitError};
 use super::maps::Maps;
-use super::normal::{Arrow, Block, Step};
+use super::normal::{Arrow, Block, Memory, Step};
 use super::sweep::{self, Run, Starts};
 use super::{Filter, Fit, Hypothesis, Problem, ProcessNoise, Window, Windowed};
 use lacuna_effects::Law;
@@ -40,6 +40,16 @@ pub(super) struct Minimisation<'p> {
 /// optimum is below.
 const BELIEVED: f64 = 1e-3;
 
+/// How far linearised windows are believed.
+struct Trust {
+    damping: f64,
+    /// Whether the last step was taken at once.
+    at_once: bool,
+}
+
+/// Least damping: all that a step promises without any.
+const LEAST: f64 = 1e-7;
+
 /// What came of a step.
 enum Descent {
     /// It was taken: what it gained, the windows there.
@@ -71,7 +81,7 @@ impl<'p> Minimisation<'p> {
     pub(super) fn run(mut self, effort: Effort) -> Result<Fit<'p>, FitError> {
         let mut theta = self.hypothesis.theta();
         self.make_filters()?;
-        let mut damping = BELIEVED;
+        let mut trust = Trust { damping: BELIEVED, at_once: true };
         let mut here = self.linearise()?;
         let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
@@ -81,7 +91,7 @@ impl<'p> Minimisation<'p> {
             let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
             let count = self.count(&here.blocks);
             let least = effort.least * (before / count.max(1) as f64).max(1.0);
-            match self.descend(&here.blocks, (before, least), &mut theta, &mut damping)? {
+            match self.descend(&here.blocks, (before, least), &mut theta, &mut trust)? {
                 Descent::Taken { gained, there } => {
                     here = there;
                     if gained < least {
@@ -105,25 +115,29 @@ impl<'p> Minimisation<'p> {
         blocks: &[Block],
         (before, least): (f64, f64),
         theta: &mut Vec<f64>,
-        damping: &mut f64,
+        trust: &mut Trust,
     ) -> Result<Descent, FitError> {
-        const TRIES: usize = 6;
+        const TRIES: i32 = 6;
         for attempt in 0..TRIES {
-            let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, *damping);
+            let damping = trust.damping;
+            let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, damping);
             let promised = step.as_ref().map_or(f64::INFINITY, |s| s.promised);
-            if attempt == 0 && *damping <= BELIEVED && promised < least {
+            if attempt == 0 && damping <= BELIEVED && promised < least {
                 return Ok(Descent::Ended(End::Converged));
             }
             // A singular step is damped more, as one that does not descend is. The first step is
             // nearly always taken, so that its derivatives are computed at once; after a failure
             // the sum of squares alone is tried first.
-            let taken = step.ok().and_then(|s| self.try_step(s, before, theta, attempt == 0));
+            let eager = attempt == 0 && trust.at_once;
+            let taken = step.ok().and_then(|s| self.try_step(s, before, theta, eager));
             if let Some((after, there)) = taken {
-                *damping = f64::max(0.125 * *damping, 1e-7);
+                let damping = f64::max(0.125 * damping, LEAST);
+                *trust = Trust { damping, at_once: attempt == 0 };
                 let there = there.map_or_else(|| self.linearise(), Ok)?;
                 return Ok(Descent::Taken { gained: before - after, there });
             }
-            *damping *= if *damping > 1e-4 { 8.0 } else { 50.0 };
+            // Gently at first: the longest step that descends is the best.
+            trust.damping = f64::max(damping, LEAST) * 2.0f64.powi(attempt + 1);
         }
         Ok(Descent::Ended(End::Stalled))
     }
@@ -292,12 +306,13 @@ impl<'p> Minimisation<'p> {
         let z = starts.memory.len();
         let (off, spread) = self.memory(starts);
         let block = |(k, columns): (usize, sweep::Columns)| {
+            let believed = Memory { off: &off, spread: &spread };
             let block = if self.anchored {
-                Block::of(&columns, 0, machine + z)
+                Block::of(&columns, (0, machine + z), Memory::default())
             } else if k == 0 {
-                Block::of(&columns, machine + z, 0).with_memory(machine, &off, &spread)
+                Block::of(&columns, (machine + z, 0), believed)
             } else {
-                Block::of(&columns, machine, z)
+                Block::of(&columns, (machine, z), Memory::default())
             };
             (block, columns.residual)
         };

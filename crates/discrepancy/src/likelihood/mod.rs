@@ -27,6 +27,7 @@
 //! | log Z, temperature T | [`Fit::log_evidence`], [`Fit::temperature`] |
 //! | how a fit ended, or why there is none | [`End`], [`FitError`] |
 
+mod boxed;
 mod chain;
 pub mod coloured;
 mod covariance;

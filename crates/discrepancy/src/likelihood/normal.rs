@@ -1,105 +1,194 @@
 //! Normal equations in the shape of an arrow: every window's states know theta and nothing of
 //! each other, so they are eliminated window by window.
+//!
+//! A window's columns are A by its states and B by theta, its residual r. With A = Q R what theta says that the
+//! states cannot is
+//!
+//! ```text
+//! B - Q Q' B,    and its normal matrix  S = (B - Q Q' B)' (B - Q Q' B)
+//! ```
+//!
+//! S is never the difference of two large matrices, and never negative: along a motion that runs away from
+//! itself states and theta are nearly the same, and all digits of such a difference would be lost.
 
-use super::Hypothesis;
 use super::end::FitError;
 use super::sweep::Columns;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use super::{Free, Hypothesis, boxed};
+use nalgebra::{DMatrix, DVector};
 
 /// What a window adds.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// Normal matrix of the states.
-    pub state: DMatrix<f64>,
-    /// States by theta.
-    pub cross: DMatrix<f64>,
-    /// Normal matrix of theta.
-    pub theta: DMatrix<f64>,
-    /// Gradients.
-    pub state_gradient: DVector<f64>,
-    /// Gradient of theta.
-    pub theta_gradient: DVector<f64>,
+    /// R.
+    states: DMatrix<f64>,
+    /// Q' B.
+    cross: DMatrix<f64>,
+    /// Q' r.
+    state_residual: DVector<f64>,
+    /// S.
+    theta: DMatrix<f64>,
+    /// Gradient of theta beside states that follow it.
+    theta_gradient: DVector<f64>,
     /// Sum of squares.
     pub chi2: f64,
     /// Number of residuals.
     pub count: usize,
-    /// Machine states of the window; memory stands after them.
-    machine: usize,
-    /// Prior standard deviations of the memory.
+    /// Prior standard deviations of the states that are memory, the last ones.
     spread: Vec<f64>,
 }
 
+/// What is believed of the memory with which a window begins: how far off rest it is, and the standard
+/// deviation of that.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Memory<'a> {
+    /// How far off rest it is.
+    pub off: &'a [f64],
+    /// By how much it usually is.
+    pub spread: &'a [f64],
+}
+
 impl Block {
-    /// Of columns whose first `local` stand for states of the window.
+    /// Of columns whose first `local` stand for states of the window, memory the last of them.
     #[must_use]
-    pub fn of(columns: &Columns, local: usize, unused: usize) -> Self {
-        let rows = columns.residual.len();
-        let matrix = |by: &[Vec<f64>]| DMatrix::from_fn(rows, by.len(), |i, j| by[j][i]);
-        let (a, b) = (matrix(&columns.by[..local]), matrix(&columns.by[local + unused..]));
-        let r = DVector::from_column_slice(&columns.residual);
+    pub fn of(columns: &Columns, (local, unused): (usize, usize), memory: Memory) -> Self {
+        let (rows, z) = (columns.residual.len(), memory.spread.len());
+        // What is believed of the memory is as good as measured.
+        let believed = |i: usize, j: usize| {
+            if j + z == local + i - rows { memory.spread[i - rows].recip() } else { 0.0 }
+        };
+        let a = DMatrix::from_fn(rows + z, local, |i, j| {
+            if i < rows { columns.by[j][i] } else { believed(i, j) }
+        });
+        let theta = &columns.by[local + unused..];
+        let mut b = DMatrix::zeros(rows + z, theta.len());
+        for (mut to, from) in b.column_iter_mut().zip(theta) {
+            to.as_mut_slice()[..rows].copy_from_slice(from);
+        }
+        let off = memory.off.iter().zip(memory.spread).map(|(off, sd)| -off / sd);
+        let residual: Vec<f64> = columns.residual.iter().copied().chain(off).collect();
+        let r = DVector::from_vec(residual);
+        let Parted { triangle, cross, state_residual, rest } = parted(a, b, &r);
         Self {
-            state: a.tr_mul(&a),
-            cross: a.tr_mul(&b),
-            theta: b.tr_mul(&b),
-            state_gradient: a.tr_mul(&r),
-            theta_gradient: b.tr_mul(&r),
-            chi2: r.norm_squared(),
+            states: triangle,
+            cross,
+            state_residual,
+            theta: rest.tr_mul(&rest),
+            theta_gradient: rest.tr_mul(&r),
+            chi2: columns.residual.iter().map(|r| r * r).sum(),
             count: rows,
-            machine: local,
-            spread: vec![],
+            spread: memory.spread.to_vec(),
         }
     }
 
-    /// Believe that the memory, which stands after `machine` states, begins `off` rest by at
-    /// most a few `spread`.
+    /// The states eliminated, each held where it is as if that were known with a share `damping` of what
+    /// the window says of it. What nothing tells is held a little in any case.
     #[must_use]
-    pub fn with_memory(mut self, machine: usize, off: &[f64], spread: &[f64]) -> Self {
-        for (i, (off, sd)) in off.iter().zip(spread).enumerate() {
-            let at = machine + i;
-            self.state[(at, at)] += sd.powi(-2);
-            self.state_gradient[at] -= off / (sd * sd);
+    pub fn eliminated(&self, damping: f64) -> Eliminated {
+        let (k, n) = self.states.shape();
+        let told: Vec<f64> = self.states.column_iter().map(|c| c.norm_squared()).collect();
+        let largest = told.iter().fold(0.0f64, |a, d| a.max(*d));
+        let held =
+            |j: usize| ((damping + 1e-20) * told[j] + 1e-20 * largest + f64::MIN_POSITIVE).sqrt();
+        let a = DMatrix::from_fn(k + n, n, |i, j| match i {
+            i if i < k => self.states[(i, j)],
+            i if i == k + j => held(j),
+            _ => 0.0,
+        });
+        let cross = self.cross.clone().resize_vertically(k + n, 0.0);
+        let r = self.state_residual.clone().resize_vertically(k + n, 0.0);
+        let Parted { triangle, cross, state_residual, rest } = parted(a, cross, &r);
+        Eliminated {
+            triangle,
+            cross,
+            state_residual,
+            theta: &self.theta + rest.tr_mul(&rest),
+            gradient: &self.theta_gradient + rest.tr_mul(&r),
         }
-        self.machine = machine;
-        self.spread = spread.to_vec();
-        self
-    }
-
-    /// Factor of the states' normal matrix; a trace that nothing leaves is ridged.
-    ///
-    /// # Errors
-    /// [`FitError::Singular`].
-    pub fn eliminable(&self) -> Result<Cholesky<f64, Dyn>, FitError> {
-        ridged(&self.state, 0.0).cholesky().ok_or(FitError::Singular)
     }
 
     /// Precision of the memory in units of its prior, the machine's state eliminated; none where
     /// the window has no memory that is free.
-    fn memory_precision(&self) -> Result<Option<DMatrix<f64>>, FitError> {
-        let (n, z) = (self.machine, self.spread.len());
+    fn memory_precision(&self) -> Option<DMatrix<f64>> {
+        let z = self.spread.len();
         if z == 0 {
-            return Ok(None);
+            return None;
         }
-        let state = ridged(&self.state, 0.0);
-        let inner = state.view((0, 0), (n, n)).into_owned().cholesky().ok_or(FitError::Singular)?;
-        let corner = state.view((0, n), (n, z)).into_owned();
-        let mut schur =
-            state.view((n, n), (z, z)).into_owned() - corner.tr_mul(&inner.solve(&corner));
-        for i in 0..z {
-            for j in 0..z {
-                schur[(i, j)] *= self.spread[i] * self.spread[j];
-            }
-        }
-        Ok(Some(schur))
+        let triangle = self.eliminated(0.0).triangle;
+        let n = triangle.nrows() - z;
+        let mut own = triangle.view((n, n), (z, z)).into_owned();
+        own.column_iter_mut().zip(&self.spread).for_each(|(mut c, sd)| c *= *sd);
+        Some(own.tr_mul(&own))
     }
 }
 
-fn ridged(state: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
-    let mut out = state.clone();
-    let largest = state.diagonal().iter().fold(0.0f64, |a, d| a.max(*d));
-    for i in 0..state.nrows() {
-        out[(i, i)] += (damping + 1e-9) * state[(i, i)] + 1e-14 * largest + f64::MIN_POSITIVE;
+/// A window without its states.
+#[derive(Clone, Debug)]
+pub struct Eliminated {
+    /// R, with what holds the states.
+    triangle: DMatrix<f64>,
+    cross: DMatrix<f64>,
+    state_residual: DVector<f64>,
+    /// Normal matrix of theta.
+    pub theta: DMatrix<f64>,
+    /// Gradient of theta.
+    pub gradient: DVector<f64>,
+}
+
+impl Eliminated {
+    /// `(A'A)^-1` times something.
+    #[must_use]
+    pub fn solve(&self, of: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut x = of.clone();
+        // Of a triangle without a zero on its diagonal.
+        let _ = self.triangle.tr_solve_upper_triangular_mut(&mut x);
+        let _ = self.triangle.solve_upper_triangular_mut(&mut x);
+        x
     }
-    out
+
+    /// By how much the states move with theta: `(A'A)^-1 A'B`.
+    #[must_use]
+    pub fn by_theta(&self) -> DMatrix<f64> {
+        let mut x = self.cross.clone();
+        let _ = self.triangle.solve_upper_triangular_mut(&mut x);
+        x
+    }
+
+    /// The states' step where theta takes one.
+    #[must_use]
+    pub fn states(&self, theta: &DVector<f64>) -> DVector<f64> {
+        let mut x = &self.state_residual - &self.cross * theta;
+        let _ = self.triangle.solve_upper_triangular_mut(&mut x);
+        x
+    }
+
+    /// By how much the squares fall by the states alone.
+    fn promised(&self) -> f64 {
+        self.state_residual.norm_squared()
+    }
+}
+
+/// Columns A = Q R, and what others have along Q and beside it.
+struct Parted {
+    /// R.
+    triangle: DMatrix<f64>,
+    /// Q' B.
+    cross: DMatrix<f64>,
+    /// Q' r.
+    state_residual: DVector<f64>,
+    /// B - Q Q' B.
+    rest: DMatrix<f64>,
+}
+
+fn parted(a: DMatrix<f64>, b: DMatrix<f64>, r: &DVector<f64>) -> Parted {
+    if a.ncols() == 0 {
+        let (cross, none) = (DMatrix::zeros(0, b.ncols()), DVector::zeros(0));
+        return Parted { triangle: DMatrix::zeros(0, 0), cross, state_residual: none, rest: b };
+    }
+    let (q, triangle) = a.qr().unpack();
+    let cross = q.tr_mul(&b);
+    let mut rest = b;
+    rest.gemm(-1.0, &q, &cross, 1.0);
+    Parted { triangle, cross, state_residual: q.tr_mul(r), rest }
 }
 
 /// The normal equations of all windows.
@@ -124,7 +213,7 @@ pub struct Step {
 struct Reduced {
     schur: DMatrix<f64>,
     gradient: DVector<f64>,
-    factors: Vec<Cholesky<f64, Dyn>>,
+    windows: Vec<Eliminated>,
     /// By how much the objective would fall by the states alone.
     promised: f64,
 }
@@ -138,21 +227,21 @@ impl<'a> Arrow<'a> {
     }
 
     /// Eliminate the states: theta in units of its prior, whose precision is the identity.
+    ///
+    /// # Errors
+    /// [`FitError::Singular`] where a derivative is no number.
     fn reduce(&self, theta: &[f64], damping: f64) -> Result<Reduced, FitError> {
         let free = &self.hypothesis.free;
         let p = free.len();
         let (mut schur, mut gradient) = (DMatrix::zeros(p, p), DVector::zeros(p));
-        let mut factors = Vec::with_capacity(self.blocks.len());
+        let windows: Vec<Eliminated> = self.blocks.iter().map(|b| b.eliminated(damping)).collect();
         let mut promised = 0.0;
-        for (k, b) in self.blocks.iter().enumerate() {
-            let factor = ridged(&b.state, damping).cholesky().ok_or(FitError::Singular)?;
+        for (k, window) in windows.iter().enumerate() {
             if !self.left_out.get(k).is_some_and(|left_out| *left_out) {
-                let solved = factor.solve(&b.cross);
-                schur += &b.theta - b.cross.tr_mul(&solved);
-                gradient += &b.theta_gradient - solved.tr_mul(&b.state_gradient);
-                promised += b.state_gradient.dot(&factor.solve(&b.state_gradient));
+                schur += &window.theta;
+                gradient += &window.gradient;
+                promised += window.promised();
             }
-            factors.push(factor);
         }
         for i in 0..p {
             gradient[i] = gradient[i] * free[i].sd - (theta[i] - free[i].mean) / free[i].sd;
@@ -161,54 +250,33 @@ impl<'a> Arrow<'a> {
             }
             schur[(i, i)] += 1.0;
         }
-        Ok(Reduced { schur, gradient, factors, promised })
+        let finite = promised.is_finite() && schur.iter().chain(&gradient).all(|x| x.is_finite());
+        finite.then_some(Reduced { schur, gradient, windows, promised }).ok_or(FitError::Singular)
     }
 
-    /// A damped Gauss-Newton step from `theta`.
+    /// A damped Gauss-Newton step from `theta` within its bounds.
     ///
     /// # Errors
     /// [`FitError::Singular`].
     pub fn step(&self, theta: &[f64], damping: f64) -> Result<Step, FitError> {
         let free = &self.hypothesis.free;
-        let Reduced { mut schur, gradient, factors, mut promised } = self.reduce(theta, damping)?;
+        let Reduced { schur, gradient, windows, promised } = self.reduce(theta, damping)?;
+        let mut damped = schur.clone();
         for i in 0..free.len() {
-            schur[(i, i)] *= 1.0 + damping;
+            damped[(i, i)] *= 1.0 + damping;
         }
-        let leaves = |i: usize, step: f64| {
-            let (low, high) = free[i].bounds;
-            (theta[i] <= low && step < 0.0) || (theta[i] >= high && step > 0.0)
+        let room = |i: usize| {
+            let ((low, high), sd) = (free[i].bounds, free[i].sd);
+            (((low - theta[i]) / sd).min(0.0), ((high - theta[i]) / sd).max(0.0))
         };
-        let mut active: Vec<usize> = (0..free.len()).collect();
-        let mut step = vec![0.0; free.len()];
-        // Entries at a bound that the step would leave stay there.
-        while !active.is_empty() {
-            let matrix = schur.select_rows(&active).select_columns(&active);
-            let right = gradient.select_rows(&active);
-            let solved = matrix.cholesky().ok_or(FitError::Singular)?.solve(&right);
-            step.fill(0.0);
-            for (&i, d) in active.iter().zip(solved.iter()) {
-                step[i] = d * free[i].sd;
-            }
-            let before = active.len();
-            active.retain(|&i| !leaves(i, step[i]));
-            if active.len() == before {
-                promised += right.dot(&solved);
-                break;
-            }
-        }
-        if active.is_empty() {
-            step.fill(0.0);
-        }
-        let moved: Vec<f64> = (0..free.len())
-            .map(|i| (theta[i] + step[i]).clamp(free[i].bounds.0, free[i].bounds.1))
-            .collect();
+        let within: Vec<(f64, f64)> = (0..free.len()).map(room).collect();
+        let scaled = boxed::minimiser(&damped, &gradient, &within).ok_or(FitError::Singular)?;
+        let promised = promised + 2.0 * gradient.dot(&scaled) - scaled.dot(&(&schur * &scaled));
+        let moved =
+            |(f, (x, step)): (&Free, (&f64, &f64))| (x + step * f.sd).clamp(f.bounds.0, f.bounds.1);
+        let moved: Vec<f64> = free.iter().zip(theta.iter().zip(scaled.iter())).map(moved).collect();
         let taken = DVector::from_fn(free.len(), |i, _| moved[i] - theta[i]);
-        let states = self
-            .blocks
-            .iter()
-            .zip(&factors)
-            .map(|(b, factor)| factor.solve(&(&b.state_gradient - &b.cross * &taken)))
-            .collect();
+        let states = windows.iter().map(|w| w.states(&taken)).collect();
         Ok(Step { theta: moved, states, promised })
     }
 
@@ -219,8 +287,8 @@ impl<'a> Arrow<'a> {
     /// [`FitError::Singular`].
     pub fn precision(&self, theta: &[f64]) -> Result<Precision, FitError> {
         let theta = self.reduce(theta, 0.0)?.schur;
-        let memory: Result<Vec<_>, _> = self.blocks.iter().map(Block::memory_precision).collect();
-        Ok(Precision { theta, memory: memory?.into_iter().flatten().collect() })
+        let memory = self.blocks.iter().filter_map(Block::memory_precision).collect();
+        Ok(Precision { theta, memory })
     }
 }
 
@@ -259,4 +327,74 @@ fn cooled(precision: &DMatrix<f64>, temperature: f64) -> DMatrix<f64> {
     let n = precision.nrows();
     let prior = DMatrix::identity(n, n);
     &prior + (precision - &prior) / temperature
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Block, Columns, Memory};
+    use lacuna_excitation::rng;
+    use nalgebra::{DMatrix, DVector};
+    use rand::RngExt;
+
+    const ROWS: usize = 40;
+    const STATES: usize = 3;
+    const THETA: usize = 4;
+
+    fn drawn(seed: u64, columns: usize) -> DMatrix<f64> {
+        let mut rng = rng(seed, 0);
+        DMatrix::from_fn(ROWS, columns, |_, _| rng.random_range(-1.0..1.0))
+    }
+
+    fn block(a: &DMatrix<f64>, b: &DMatrix<f64>, r: &DVector<f64>) -> Block {
+        let by = a.column_iter().chain(b.column_iter()).map(|c| c.iter().copied().collect());
+        let columns = Columns { residual: r.iter().copied().collect(), by: by.collect() };
+        Block::of(&columns, (a.ncols(), 0), Memory::default())
+    }
+
+    /// Well apart, theta beside its states is what the normal equations say.
+    #[test]
+    fn elimination_solves_the_normal_equations() {
+        let (a, b, r) = (drawn(1, STATES), drawn(2, THETA), drawn(3, 1).column(0).into_owned());
+        for damping in [0.0, 0.3] {
+            let eliminated = block(&a, &b, &r).eliminated(damping);
+            let mut state = a.tr_mul(&a);
+            (0..STATES).for_each(|i| state[(i, i)] *= 1.0 + damping);
+            let inverse = state.try_inverse().expect("regular");
+            let cross = a.tr_mul(&b);
+            let theta = b.tr_mul(&b) - cross.tr_mul(&(&inverse * &cross));
+            let gradient = b.tr_mul(&r) - cross.tr_mul(&(&inverse * a.tr_mul(&r)));
+            assert!((&eliminated.theta - theta).norm() < 1e-6);
+            assert!((&eliminated.gradient - gradient).norm() < 1e-6);
+            let step = DVector::from_element(THETA, 0.1);
+            let states = &inverse * (a.tr_mul(&r) - &cross * &step);
+            assert!((eliminated.states(&step) - states).norm() < 1e-6);
+            assert!((eliminated.by_theta() - &inverse * &cross).norm() < 1e-6);
+            assert!((eliminated.solve(&cross) - inverse * cross).norm() < 1e-6);
+        }
+    }
+
+    /// What theta says beside the states is a ten millionth of what it says: of its square nothing would be left
+    /// in the difference of two normal matrices.
+    #[test]
+    fn what_states_can_nearly_say_is_told_from_them() {
+        let (a, beside) = (drawn(4, STATES), drawn(5, THETA));
+        let none = DVector::zeros(ROWS);
+        let known = block(&a, &beside, &none).eliminated(0.0).theta * 1e-6;
+        let b = &a * drawn(6, THETA).rows(0, STATES) * 1e4 + beside * 1e-3;
+        let eliminated = block(&a, &b, &none).eliminated(0.0).theta;
+        assert!((eliminated - &known).norm() < 1e-5 * known.norm());
+    }
+
+    /// Memory that is believed to be near rest is told by that alone where no measurement shows it.
+    #[test]
+    fn memory_is_as_precise_as_it_is_believed() {
+        let columns = Columns { residual: vec![0.5; 5], by: vec![vec![1.0; 5], vec![0.0; 5]] };
+        let memory = Memory { off: &[0.2], spread: &[0.1] };
+        let block = Block::of(&columns, (2, 0), memory);
+        assert!((block.chi2 - 1.25).abs() < 1e-12);
+        let precision = block.memory_precision().expect("it has memory");
+        assert!((precision[(0, 0)] - 1.0).abs() < 1e-6);
+        let states = block.eliminated(0.0).states(&DVector::zeros(0));
+        assert!((states[0] - 0.5).abs() < 1e-6 && (states[1] + 0.2).abs() < 1e-6, "{states}");
+    }
 }

@@ -277,7 +277,7 @@ impl Sums {
         let m = products.rows.len() / width;
         let row = |i: usize, c: usize| products.rows[c / LANES * width + i].0[c % LANES];
         let states = DMatrix::from_fn(n, count, row);
-        let solved = local.factor.solve(&states);
+        let solved = local.eliminated.solve(&states);
         let own = |i: usize, j: usize| products.own[i * m + j / LANES].0[j % LANES];
         self.own += DMatrix::from_fn(count, count, own) - states.tr_mul(&solved);
         let theta = DMatrix::from_fn(count, p, |c, j| row(n + j, c));

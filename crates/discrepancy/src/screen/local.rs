@@ -2,11 +2,11 @@
 
 use crate::dataset::Observed;
 use crate::likelihood::maps::Maps;
-use crate::likelihood::normal::Block;
+use crate::likelihood::normal::{Block, Eliminated, Memory};
 use crate::likelihood::sweep::{Columns, Run};
 use crate::likelihood::{Fit, FitError, Window};
 use crate::trajectories::SmoothedRecording;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 /// One recording along its fitted trajectory.
 pub(super) struct Along {
@@ -20,11 +20,9 @@ pub(super) struct Local {
     pub(super) window: Window,
     /// Its number in the recording.
     pub(super) number: usize,
-    /// Normal equations of its states and theta.
-    pub(super) block: Block,
-    /// Factor of the states' normal matrix.
-    pub(super) factor: Cholesky<f64, Dyn>,
-    /// Solved against theta's columns and the residual.
+    /// Normal equations of theta, its states eliminated.
+    pub(super) eliminated: Eliminated,
+    /// By how much the states move with theta, and where theta stays.
     pub(super) cross: DMatrix<f64>,
     pub(super) rest: DVector<f64>,
     /// Of each measured value, sample by sample: its output, its derivatives by states and by
@@ -100,14 +98,13 @@ pub(super) fn along(fit: &Fit, r: usize, run: &Run) -> Result<Along, FitError> {
     let memory = starts.memory.len();
     let local = |(k, (columns, window)): (usize, (Columns, &Window))| {
         let (states, unused) = if k == 0 { (machine + memory, 0) } else { (machine, memory) };
-        let block = Block::of(&columns, states, unused);
-        let factor = block.eliminable()?;
-        let (cross, rest) = (factor.solve(&block.cross), factor.solve(&block.state_gradient));
+        let eliminated = Block::of(&columns, (states, unused), Memory::default()).eliminated(0.0);
+        let cross = eliminated.by_theta();
+        let rest = eliminated.states(&DVector::zeros(cross.ncols()));
         let rows = Rows::of(run.observed(), window, &columns, (states, unused));
         let window = window.clone();
-        Ok(Local { window, number: k, block, factor, cross, rest, rows })
+        Local { window, number: k, eliminated, cross, rest, rows }
     };
     let all = all.into_iter().zip(windows).enumerate();
-    let windows: Result<Vec<Local>, FitError> = all.map(local).collect();
-    Ok(Along { motion, maps, windows: windows? })
+    Ok(Along { motion, maps, windows: all.map(local).collect() })
 }

@@ -82,9 +82,8 @@ impl<'p> Screen<'p> {
         let p = free.len();
         let (mut theta, mut gradient) = (DMatrix::zeros(p, p), DVector::zeros(p));
         for local in recordings.iter().flat_map(|a| &a.windows) {
-            let block = &local.block;
-            theta += &block.theta - block.cross.tr_mul(&local.cross);
-            gradient += &block.theta_gradient - block.cross.tr_mul(&local.rest);
+            theta += &local.eliminated.theta;
+            gradient += &local.eliminated.gradient;
         }
         let inflation = fit.inflation();
         let values = fit.hypothesis.theta();
