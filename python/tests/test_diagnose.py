@@ -103,10 +103,19 @@ def test_parts_of_files_are_recordings(case):
 
 def test_options_are_the_commands(case, command, tmp_path, found):
     (first,) = found.findings
-    asked = ["--exclude", first.law, "--held-out", case.runs[3], "--out", tmp_path]
+    asked = ["--only", first.law, "dead_zone", "--exclude", "dead_zone@tau", "--exact", "tau"]
+    asked += ["--learn-remainder", "--held-out", case.runs[3], "--out", tmp_path]
     said = command("diagnose", case.model, *case.runs[:3], *asked)
     assert said.returncode == 0, said.stderr
-    other = lacuna.diagnose(case.model, case.runs[:3], case.runs[3:], exclude=first.law)
+    other = lacuna.diagnose(
+        case.model,
+        case.runs[:3],
+        case.runs[3:],
+        only=[first.law, "dead_zone"],
+        exclude="dead_zone@tau",
+        exact="tau",
+        learn_remainder=True,
+    )
     assert other.to_json() == (tmp_path / "diagnosis.json").read_text(encoding="utf-8")
 
 
@@ -148,6 +157,14 @@ def test_progress_is_told(case):
     assert "smoothing the recordings" in told and told[-1] == "proving on held-out recordings"
     with pytest.raises(ZeroDivisionError):
         lacuna.diagnose(case.model, case.runs, progress=lambda doing: 1 / 0)
+
+
+def test_progress_is_a_line_that_is_cleared(case, capsys):
+    lacuna.diagnose(case.model, case.runs, only="coulomb_friction", progress=True)
+    said = capsys.readouterr().err
+    assert "smoothing the recordings" in said and said.endswith("\r\x1b[2K") and "\n" not in said
+    lacuna.diagnose(case.model, case.runs, only="coulomb_friction")
+    assert capsys.readouterr().err == ""
 
 
 def test_it_can_be_interrupted(case):

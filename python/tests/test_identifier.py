@@ -56,6 +56,7 @@ def test_drift_and_effectiveness_are_found(fitted):
     u = np.linspace(-1.0, 1.0, 81)
     assert np.allclose(fitted.predict(states, u), drift + u[:, None] * effectiveness[:, :, 0])
     assert np.array_equal(fitted.predict(states), drift)
+    assert np.isnan(fitted.predict([[np.nan, 0.0], [0.0, 0.0]])[:, 0]).tolist() == [True, False]
     assert [len(one) for one in fitted.predict([states, states[:3]], [u, u[:3]])] == [81, 3]
 
 
@@ -131,7 +132,8 @@ def test_what_is_no_trajectory_is_refused(fitted):
     for call, words in [
         (lambda: fitted.predict(x[:, :1]), "expecting 2 features"),
         (lambda: fitted.predict(x, u[:-1]), r"U: expected shape \(400, 1\)"),
-        (lambda: fitted.predict(np.full((1, 2), np.nan)), "NaN"),
+        (lambda: fitted.score(x, u, t), "expecting 1 features"),
+        (lambda: fitted.score(x[:50, :1], u[:50], t[:50]), "50 samples are too few"),
         (lambda: lacuna.Identifier().fit(x, u[:-1], t), "inconsistent numbers of samples"),
         (lambda: lacuna.Identifier().fit(x, u, t[::-1]), "increas"),
         (lambda: fitted.simulate(x[0], u), "needs the times"),

@@ -97,12 +97,12 @@ class Diagnosis:
 
     @cached_property
     def _data(self) -> dict[str, Any]:
-        return json.loads(self.to_json())
+        return self.to_dict()
 
     @property
     def verdict(self) -> str:
         """no_mismatch, miscalibrated, missing_physics, sensor_fault or unexplained."""
-        return self._data["verdict"]
+        return str(self._data["verdict"])
 
     @cached_property
     def findings(self) -> list[Finding]:
@@ -117,7 +117,7 @@ class Diagnosis:
     @property
     def notes(self) -> list[str]:
         """What these data cannot tell, and anything its reader must know."""
-        return self._data["notes"]
+        return list(self._data["notes"])
 
     @cached_property
     def augmented(self) -> Model:
@@ -135,7 +135,8 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """What diagnosis.json holds."""
-        return json.loads(self.to_json())
+        data: dict[str, Any] = json.loads(self.to_json())
+        return data
 
     def to_json(self) -> str:
         """The text of diagnosis.json."""

@@ -29,8 +29,8 @@ ELEMENTARY = {
     "sqrt": "sqrt",
     "fabs": "abs",
 }
-#: Those that NumPy does not ask objects for.
-COMPARING: dict[str, Callable[..., Symbol]] = {}
+#: Most characters of an expression within another.
+LONGEST = 500
 
 
 class NoEquation(Exception):
@@ -105,7 +105,7 @@ class Symbol:
         raise NoEquation
 
     __bool__ = __float__ = __int__ = __index__ = _unknown
-    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _unknown  # type: ignore[assignment]
+    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _unknown
     __hash__ = object.__hash__
 
 
@@ -125,14 +125,15 @@ def _smallest(a: Any, b: Any) -> Symbol:
     return Symbol("min({}, {})", Symbol.of(a), Symbol.of(b))
 
 
-COMPARING.update(
-    maximum=_largest,
-    fmax=_largest,
-    minimum=_smallest,
-    fmin=_smallest,
-    sign=lambda a: Symbol("sign({})", Symbol.of(a)),
-    clip=lambda a, low, high: _smallest(_largest(a, low), high),
-)
+#: Functions for which NumPy would compare the objects.
+COMPARING: dict[str, Callable[..., Symbol]] = {
+    "maximum": _largest,
+    "fmax": _largest,
+    "minimum": _smallest,
+    "fmin": _smallest,
+    "sign": lambda a: Symbol("sign({})", Symbol.of(a)),
+    "clip": lambda a, low, high: _smallest(_largest(a, low), high),
+}
 
 
 class Symbols(np.ndarray):
@@ -218,7 +219,8 @@ class Equations:
             if id(symbol) in others:
                 raise NoEquation
             text = symbol.template.format(*(texts[id(part)] for part in symbol.parts))
-            if symbol.parts and uses[id(symbol)] > 1 or len(text) > 500:
+            # A long one too: what it stands in stays a line that can be read.
+            if symbol.parts and (uses[id(symbol)] > 1 or len(text) > LONGEST):
                 text = self._define(text)
             texts[id(symbol)] = text
         return texts[id(top)]

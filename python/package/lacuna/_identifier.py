@@ -107,8 +107,7 @@ class Identifier:
         LacunaError
             Data from which no model can be made.
         """
-        first = X[0] if _is_several(X) and len(X) else X
-        names = _names_of(first)
+        names = _names_of(X[0] if _is_several(X) else X)
         trajectories = _trajectories(X, U, t)
         columns, inputs = trajectories[0][1].shape[1], trajectories[0][2].shape[1]
         n = columns // 2 if self.rates else columns
@@ -144,7 +143,8 @@ class Identifier:
     @property
     def report_(self) -> dict[str, Any]:
         """What was chosen, and what the data cannot tell."""
-        return json.loads(self._fitted().report)
+        report: dict[str, Any] = json.loads(self._fitted().report)
+        return report
 
     def predict(self, X: Any, U: Any = None) -> Any:
         """Highest derivatives x^(s) = f(x) + g(x) u.
@@ -162,7 +162,7 @@ class Identifier:
         """
         if _is_several(X):
             return [self.predict(x, u) for x, u in zip(X, _each(U, len(X)), strict=True)]
-        drift, effectiveness = self._fitted().functions(self._states(X))
+        drift, effectiveness = self._function(0, X, False), self._function(1, X, False)
         return drift + np.einsum("kij,kj->ki", effectiveness, self._inputs(U, len(drift)))
 
     def drift(self, X: Any, return_std: bool = False) -> Any:
@@ -220,10 +220,7 @@ class Identifier:
         """
         fitted = self._fitted()
         horizon = self.report_["window_seconds"]
-        if U is None and self.n_inputs_:
-            U = [np.zeros((len(x), self.n_inputs_)) for x in (X if _is_several(X) else [X])]
-            U = U if _is_several(X) else U[0]
-        each = [fitted.squares(one, horizon) for one in _trajectories(X, U, t)]
+        each = [fitted.squares(self._measured(one), horizon) for one in _trajectories(X, U, t)]
         left, about_mean = np.moveaxis(np.asarray(each).sum(axis=0), -1, 0)
         return float(np.mean(1.0 - left / about_mean))
 
@@ -260,7 +257,7 @@ class Identifier:
 
     def __sklearn_tags__(self) -> Any:
         # Asked by scikit-learn alone: the package does not depend on it.
-        from sklearn.utils import InputTags, Tags, TargetTags
+        from sklearn.utils import InputTags, Tags, TargetTags  # type: ignore
 
         return Tags(
             estimator_type=None,
@@ -278,20 +275,24 @@ class Identifier:
     def _function(self, which: int, X: Any, return_std: bool) -> Any:
         fitted = self._fitted()
         states = self._states(X)
-        value = fitted.functions(states)[which]
-        return (value, fitted.deviations(states)[which]) if return_std else value
+        value = _where_known(states, fitted.functions(states)[which])
+        if not return_std:
+            return value
+        return value, _where_known(states, fitted.deviations(states)[which])
 
     def _states(self, X: Any) -> Array:
         states = _matrix(X, "X")
         n = self.n_features_in_ // 2 if self.rates else self.n_features_in_
         if states.shape[1] != n * self.order:
-            raise LacunaError(
-                f"X has {states.shape[1]} features, but Identifier is expecting {n * self.order} features as input: the "
-                "whole state"
-            )
-        if not np.isfinite(states).all():
-            raise LacunaError("a state contains NaN or infinity; there f and g are not defined")
+            raise LacunaError(_other_features(states, n * self.order) + ": the whole state")
         return states
+
+    def _measured(self, trajectory: Trajectory) -> Trajectory:
+        """A trajectory of what was fitted; without inputs they are 0."""
+        times, measured, inputs = trajectory
+        if measured.shape[1] != self.n_features_in_:
+            raise LacunaError(_other_features(measured, self.n_features_in_))
+        return times, measured, self._inputs(inputs if inputs.shape[1] else None, len(times))
 
     def _inputs(self, U: Any, samples: int) -> Array:
         if U is None:
@@ -306,11 +307,23 @@ def _parameters() -> list[str]:
     return [name for name in inspect.signature(Identifier.__init__).parameters if name != "self"]
 
 
+def _other_features(found: Array, expected: int) -> str:
+    return f"X has {found.shape[1]} features, but Identifier is expecting {expected} features as input"
+
+
+def _where_known(states: Array, values: Array) -> Array:
+    """Nothing is known of a function where the state is not."""
+    values[~np.isfinite(states).all(axis=1)] = np.nan
+    return values
+
+
 def _is_several(data: Any) -> bool:
-    """Whether these are several trajectories: a list of tables, not one of rows."""
-    return isinstance(data, (list, tuple)) and len(data) > 0 and np.ndim(data[0]) >= 1 and (
-        np.ndim(data[0]) == 2 or not isinstance(data[0], (list, tuple))
-    )
+    """Whether these are several trajectories: a list of arrays, not one of rows or numbers."""
+    if not isinstance(data, (list, tuple)) or len(data) == 0:
+        return False
+    dimensions = np.ndim(data[0])
+    is_row = dimensions == 1 and isinstance(data[0], (list, tuple))
+    return dimensions > 0 and not is_row
 
 
 def _each(data: Any, count: int) -> Sequence[Any]:

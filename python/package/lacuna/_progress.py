@@ -45,7 +45,7 @@ class Teller:
         print(f"\r\x1b[2K{doing}", end="", file=sys.stderr, flush=True)
 
     def _display(self, doing: str) -> None:
-        from IPython.display import display
+        from IPython.display import display  # type: ignore
 
         text = {"text/plain": doing}
         if self._shown is None:

@@ -83,7 +83,8 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """What compare.json holds."""
-        return json.loads(self._own.json())
+        data: dict[str, Any] = json.loads(self._own.json())
+        return data
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the page to a file."""
