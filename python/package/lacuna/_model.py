@@ -103,7 +103,7 @@ class Model:
         diagnosis is that of a model file, with exact derivatives. Any other (it branches on numbers, looks up a
         table, solves, writes into arrays of numbers) is called for every step of every simulation. Its derivatives
         are differences, all those at a point by one call, and a diagnosis says how large their error was; it takes
-        a hundred times as long.
+        tens of times as long.
 
         Parameters
         ----------
