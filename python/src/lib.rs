@@ -2,11 +2,11 @@
 //!
 //! | Python | here | of the library |
 //! | --- | --- | --- |
-//! | `Recording` | [`recording`] | [`lacuna::recordings`] |
-//! | `Model`, a function as one | [`model`], [`function`] | [`lacuna::models`], [`lacuna::plants`] |
-//! | `diagnose` | [`diagnosis`], [`waiting`] | [`lacuna::diagnosed`] |
-//! | `simulate`, `compare`, `check` | [`runs`] | [`lacuna::simulation`], [`lacuna::comparison`], [`lacuna::check`] |
-//! | `Identifier` | [`identification`] | [`lacuna::occupation`] |
+//! | `Recording` | `recording` | [`lacuna::recordings`] |
+//! | `Model`, a function as one | `model`, `function` | [`lacuna::models`], [`lacuna::plants`] |
+//! | `diagnose` | `diagnosis`, `waiting` | [`lacuna::diagnosed`] |
+//! | `simulate`, `compare`, `check` | `runs` | [`lacuna::simulation`], [`lacuna::comparison`], [`lacuna::check`] |
+//! | `Identifier` | `identification` | [`lacuna::occupation`] |
 //!
 //! Results cross as JSON, which they are written as anyhow; series cross as arrays.
 
