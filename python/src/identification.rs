@@ -172,8 +172,8 @@ impl Identified {
         run.states.into_pyarray(py).reshape([times.len(), run.width])
     }
 
-    /// Squares of what windows of `horizon` seconds leave of the measured channels, squares about their
-    /// mean, a row a trajectory: `(channels, 2)`.
+    /// Of each measured channel the sum of squares that windows of `horizon` seconds leave, and that about
+    /// its mean.
     fn squares(
         &self,
         py: Python<'_>,

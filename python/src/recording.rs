@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// One recording: a file or a part of one, or columns.
 #[pyclass(frozen, module = "lacuna._lacuna")]
 pub struct Recording {
-    from: From,
+    from: Source,
     /// Column of time; that of the model where it is not said.
     time: Option<String>,
     /// Units of columns, where they are not those that the model says.
@@ -19,7 +19,8 @@ pub struct Recording {
     name: Option<String>,
 }
 
-enum From {
+/// Where it comes from.
+enum Source {
     File(RecordingSource),
     Columns(Vec<Column>),
 }
@@ -34,7 +35,7 @@ impl Recording {
         units: BTreeMap<String, String>,
         name: Option<String>,
     ) -> PyResult<Self> {
-        let from = From::File(file.parse().map_err(told)?);
+        let from = Source::File(file.parse().map_err(told)?);
         Ok(Self { from, time, units, name })
     }
 
@@ -50,7 +51,7 @@ impl Recording {
             name,
             values: values.as_array().to_vec(),
         };
-        let from = From::Columns(columns.into_iter().map(column).collect());
+        let from = Source::Columns(columns.into_iter().map(column).collect());
         Self { from, time, units, name }
     }
 
@@ -58,8 +59,8 @@ impl Recording {
     #[getter]
     fn name(&self) -> Option<String> {
         match &self.from {
-            From::File(source) => Some(self.name.clone().unwrap_or_else(|| source.name())),
-            From::Columns(_) => self.name.clone(),
+            Source::File(source) => Some(self.name.clone().unwrap_or_else(|| source.name())),
+            Source::Columns(_) => self.name.clone(),
         }
     }
 
@@ -67,8 +68,8 @@ impl Recording {
     #[getter]
     fn columns(&self) -> Option<Vec<String>> {
         match &self.from {
-            From::File(_) => None,
-            From::Columns(columns) => Some(columns.iter().map(|c| c.name.clone()).collect()),
+            Source::File(_) => None,
+            Source::Columns(columns) => Some(columns.iter().map(|c| c.name.clone()).collect()),
         }
     }
 }
@@ -95,8 +96,8 @@ impl Recording {
         number: usize,
     ) -> Result<recordings::Recording, RecordingError> {
         let mut recording = match &self.from {
-            From::File(source) => recordings::read(source, time)?,
-            From::Columns(columns) => {
+            Source::File(source) => recordings::read(source, time)?,
+            Source::Columns(columns) => {
                 let name = format!("recording {number}");
                 let name = self.name.as_deref().unwrap_or(&name);
                 recordings::Recording::from_columns(name, columns.clone(), time)?

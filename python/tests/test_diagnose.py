@@ -1,5 +1,6 @@
 """The five lines, and that they are the command's."""
 
+import html
 import json
 import os
 import pickle
@@ -62,7 +63,7 @@ def test_files_are_those_of_the_command(case, found, tmp_path):
         assert (tmp_path / "out" / name).read_bytes() == (case.found / name).read_bytes()
     found.report(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert page.startswith("<!DOCTYPE html>") and "lacuna.diagnose(" in page
+    assert page.startswith("<!DOCTYPE html>") and f"lacuna.diagnose('{case.model}'" in html.unescape(page)
     assert found._repr_html_().startswith("<iframe srcdoc=")
 
 

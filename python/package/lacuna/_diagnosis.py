@@ -218,9 +218,11 @@ def _names(names: Iterable[str]) -> list[str]:
 
 def _command(model: Model, runs: list[Recording], proofs: list[Recording], asked: dict[str, Any]) -> str:
     """What repeats a diagnosis."""
+    file = model._own.file
+    said = repr(model if file is None else str(file))
     options = {"held_out": proofs, **asked}
     given = [f", {name}={value!r}" for name, value in options.items() if value]
-    return f"lacuna.diagnose({model!r}, {runs!r}{''.join(given)})"
+    return f"lacuna.diagnose({said}, {runs!r}{''.join(given)})"
 
 
 def _estimate(said: dict[str, Any]) -> Estimate:

@@ -1,5 +1,6 @@
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,7 @@ class Model:
     @property
     def effects(self) -> list[tuple[str, str]]: ...
     @property
-    def file(self) -> str | None: ...
+    def file(self) -> Path | None: ...
     def text(self) -> str: ...
 
 class Diagnosis:

@@ -201,7 +201,7 @@ class Model:
     def __repr__(self) -> str:
         states, inputs = ", ".join(self.states), ", ".join(self.inputs)
         effects = "".join(f", {of} on {channel}" for of, channel in self.effects)
-        return f"Model({self.name}: {states}; driven by {inputs or 'nothing'}{effects})"
+        return f"<Model {self.name}: {states}; driven by {inputs or 'nothing'}{effects}>"
 
 
 def as_model(model: Any) -> Model:

@@ -58,9 +58,9 @@ class Recording:
 
     def __repr__(self) -> str:
         if self._path is not None:
-            return f"Recording({self._path!r})"
+            return f"lacuna.Recording({self._path!r})"
         columns = ", ".join(self._own.columns or [])
-        return f"Recording({self.name or 'unnamed'}: {columns})"
+        return f"<Recording {self.name or 'without a name'}: {columns}>"
 
 
 def as_recordings(recordings: Any) -> list[Recording]:
