@@ -201,3 +201,12 @@ def test_what_depends_on_other_points_is_no_equation():
 
     model = lacuna.Model.from_function(mean, **described())
     assert "are code" in model.to_toml()
+
+
+def test_a_function_that_refuses_some_points_stays_a_function():
+    def refuses(z, u, p, t):
+        if z.dtype != object and np.any(np.abs(z) > 5.0):
+            raise ValueError("too far")
+        return believed(z, u, p, t)
+
+    assert "are code" in lacuna.Model.from_function(refuses, **described()).to_toml()

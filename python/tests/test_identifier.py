@@ -98,7 +98,9 @@ def test_autonomous_systems_have_no_inputs():
     states = simulated(lambda z, _: np.array([-z[0], -2.0 * z[1] + z[0]]), np.array([1.0, 0.5]), np.zeros(300))
     fitted = lacuna.Identifier().fit(states + 1e-4 * np.random.default_rng(0).standard_normal(states.shape), t=STEP)
     assert fitted.n_inputs_ == 0
-    assert np.abs(fitted.predict(states[:100]) - np.stack([-states[:100, 0], states[:100, 0] - 2 * states[:100, 1]], 1)).max() < 0.05
+    first, second = states[:100].T
+    truth = np.stack([-first, first - 2.0 * second], axis=1)
+    assert np.abs(fitted.predict(states[:100]) - truth).max() < 0.05
 
 
 def test_parameters_are_got_set_and_cloned():

@@ -29,8 +29,8 @@ class Identifier:
     most likely, where they are not given.
 
     With order s = 1 the state is the n coordinates themselves. With s = 2 it is coordinates and their rates,
-    ``(N, 2 n)``: `predict` and `simulate` speak of states; `fit` and `score` of what was measured, coordinates alone or,
-    with `rates`, the whole state.
+    ``(N, 2 n)``: `predict` and `simulate` speak of states; `fit` and `score` of what was measured, coordinates
+    alone or, with `rates`, the whole state.
 
     Parameters
     ----------
@@ -360,8 +360,8 @@ def _matrix(data: Any, what: str) -> Array:
     values = _numbers(data, what)
     if values.ndim != 2:
         raise LacunaError(
-            f"{what}: expected a 2D array, a row a sample, found shape {values.shape}. Reshape your data: one channel is "
-            "X.reshape(-1, 1)"
+            f"{what}: expected a 2D array, a row a sample, found shape {values.shape}. Reshape your data: one channel "
+            "is X.reshape(-1, 1)"
         )
     for count, axis in zip(values.shape, ("sample", "feature")):
         if count == 0:

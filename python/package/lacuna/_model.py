@@ -249,14 +249,15 @@ def _as_equations(
     own: _lacuna.Model, rates: Function, mass: Function | None, described: dict[str, Any]
 ) -> _lacuna.Model | None:
     """The same model as equations; none where the functions are no such, or these are not the same."""
+    points = _some_points(described)
     try:
         text = Equations(described).text(rates, mass, own.force_units)
         equations = _lacuna.Model.of_text(text, described["name"])
-    except Exception:  # noqa: BLE001 - whatever a function makes of symbols: it stays a function
+        with np.errstate(all="ignore"):
+            one, other = own.rates(*points), equations.rates(*points)
+    except Exception:
+        # Whatever a function makes of symbols, or of the points: it stays a function.
         return None
-    points = _some_points(described)
-    with np.errstate(all="ignore"):
-        one, other = own.rates(*points), equations.rates(*points)
     return equations if np.allclose(one, other, rtol=1e-9, atol=1e-12, equal_nan=True) else None
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any, Union
+from typing import Any
 
 #: Whether, or to whom, progress is told.
-Progress = Union[bool, Callable[[str], Any], None]
+Progress = bool | Callable[[str], Any] | None
 
 
 class Teller:
