@@ -1,6 +1,6 @@
 //! What can keep a diagnosis from being made.
 
-use lacuna_plants::ModelError;
+use lacuna_plants::{ModelError, SimulationError};
 use lacuna_recordings::{RecordingError, SignalError, UnitError};
 use thiserror::Error;
 
@@ -13,6 +13,9 @@ pub enum DiagnoseError {
     /// A recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// A simulation cannot be finished.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
     /// Whoever asked for the diagnosis wants it no more.
     #[error("cancelled")]
     Cancelled,

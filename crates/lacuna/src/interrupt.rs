@@ -1,23 +1,14 @@
 //! Ctrl-C: no half-written file is left, and the terminal is as it was.
 
+use lacuna::files::uninterrupted;
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Exit code of a process that was interrupted: 128 and the signal's number.
 const INTERRUPTED: u8 = 130;
 /// Back to the line's beginning, and the line erased: the spinner stands there.
 const ERASE_LINE: &[u8] = b"\r\x1b[2K";
-
-/// Held while files are written: whoever interrupts waits for it, so that a set of files is there
-/// whole or not at all, without temporary ones beside it.
-static WRITING: Mutex<()> = Mutex::new(());
-
-/// Not to be interrupted until this is dropped. Not to be asked for twice by one thread.
-pub fn uninterrupted() -> MutexGuard<'static, ()> {
-    WRITING.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// Whether a computation looks at [`CANCELLED`] and returns by itself.
 static LISTENS: AtomicBool = AtomicBool::new(false);

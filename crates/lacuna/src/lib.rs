@@ -23,9 +23,18 @@
 //! | charts | [`charts`] |
 //! | pictures and words | [`report`] |
 //!
-//! The `lacuna` command is a thin layer on these; see its `--help`. A model that is no text but
+//! What its commands do stands in [`models`], [`check`], [`simulation`], [`comparison`] and [`diagnosed`]: the
+//! `lacuna` command and the Python package are thin layers on these. A model that is no text but
 //! code, such as a closure, is built with [`plants::Model::builder`] and diagnosed with
 //! [`discrepancy::diagnose::diagnose`]: `examples/closure.rs` goes all the way.
+
+pub mod check;
+pub mod comparison;
+pub mod diagnosed;
+pub mod files;
+pub mod models;
+pub mod simulation;
+pub mod table;
 
 pub use lacuna_charts as charts;
 pub use lacuna_control as control;

@@ -47,6 +47,16 @@ fn a_model_file_moves_as_the_arm_written_in_rust() {
 }
 
 #[test]
+fn columns_are_taken_in_the_unit_that_the_model_says() {
+    let text =
+        format!("{TWO_LINK}[[measurement]]\ncolumn = \"joint2\"\nof = \"q2\"\nunit = \"deg\"\n");
+    let model = read(&text);
+    let units = ["q1", "dq1", "tau2", "joint2", "temperature"].map(|c| model.column_unit(c));
+    let said = units.each_ref().map(Option::as_deref);
+    assert_eq!(said, [Some("rad"), Some("rad/s"), Some("N m"), Some("deg"), None]);
+}
+
+#[test]
 fn three_coordinates_are_solved_like_a_known_inverse() {
     let text = r#"
 name = "three"

@@ -7,6 +7,7 @@ use lacuna_units::names::did_you_mean;
 use thiserror::Error;
 
 use crate::source::Selection;
+use crate::table::TableError;
 
 /// A recording that cannot be read, written or used as asked. Every variant names the
 /// file (or the recording) it speaks of; lines are counted from 1, as editors do.
@@ -192,6 +193,14 @@ pub enum RecordingError {
         selection: Selection,
         /// Rows in the file.
         rows: usize,
+    },
+    /// Columns in memory that make no recording.
+    #[error("{table}: {source}")]
+    Table {
+        /// Name of the recording.
+        table: String,
+        /// What is wrong with them.
+        source: TableError,
     },
     /// The recording has no column of that name.
     #[error(

@@ -19,7 +19,8 @@
 //! | trajectory gamma, gamma', gamma'' | [`Smoother`], with standard deviations | ... per s, s^2 |
 //!
 //! Files are named by a [`RecordingSource`] (`run.csv#rows=100..40575`), read by
-//! [`read`] with the one of the [`READERS`] whose file it is, and written by [`write_csv`];
+//! [`read`] with the one of the [`READERS`] whose file it is, and written by [`write_csv`]; columns in memory become
+//! recordings by [`Recording::from_columns`];
 //! [`Unit`] and [`convert`] turn what a column
 //! holds into the unit that a model expects.
 //!
@@ -49,6 +50,7 @@ mod saturation;
 mod signal;
 mod smoother;
 mod source;
+mod table;
 mod unwrap;
 
 pub use crate::csv::{Csv, write_csv, write_csv_with_time};
@@ -64,6 +66,7 @@ pub use saturation::find_saturated;
 pub use signal::SignalError;
 pub use smoother::{MeanPath, Prior, Samples, SharedSmoother, Smoothed, Smoother, Trajectory};
 pub use source::{RecordingSource, Selection, SourceError};
+pub use table::TableError;
 pub use unwrap::unwrap_turns;
 
 pub use lacuna_units::{Dimension, Unit, UnitError, convert, convert_factor};

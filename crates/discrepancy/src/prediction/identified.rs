@@ -126,14 +126,7 @@ impl Driving<'_> {
     fn run_with(&self, range: Range<usize>, x0: &[f64], substeps: usize) -> Series {
         let (plant, observed) = (&self.predictor.plant, self.observed);
         let (all, values) = (&observed.times[..], &observed.commands[..]);
-        let sampled = |hold| SampledInput { times: all, values, hold };
-        let (held, linear) = (sampled(Hold::ZeroOrder), sampled(Hold::Linear));
-        let smooth = SmoothInput { times: all, values };
-        let input: &dyn Input = match self.predictor.path {
-            InputPath::Held => &held,
-            InputPath::Linear => &linear,
-            InputPath::Smooth => &smooth,
-        };
+        let input = &*path_of((all, values), self.predictor.path);
         let times = &all[range];
         let longest = SLACK * self.step / substeps as f64;
         let (states, reached) =
@@ -145,6 +138,58 @@ impl Driving<'_> {
         };
         self.predictor.dataset.outputs.iter().map(|o| series(o.of)).collect()
     }
+}
+
+/// Sampled inputs, row after row, as what they do between samples.
+fn path_of<'s>((times, values): (&'s [f64], &'s [f64]), path: InputPath) -> Box<dyn Input + 's> {
+    match path {
+        InputPath::Held => Box::new(SampledInput { times, values, hold: Hold::ZeroOrder }),
+        InputPath::Linear => Box::new(SampledInput { times, values, hold: Hold::Linear }),
+        InputPath::Smooth => Box::new(SmoothInput { times, values }),
+    }
+}
+
+/// Steps of a simulation are halved until that changes no state by more than this share of its largest
+/// value.
+const STEPS_TELL: f64 = 1e-6;
+
+/// Simulate an identified model from the state `x0` along inputs that are sampled at `times` (row-major
+/// `times.len() x m`); the states at these times.
+///
+/// # Errors
+/// A model of another form, and [`SimulationError`].
+pub fn simulate_identified(
+    model: &IdentifiedModel,
+    x0: &[f64],
+    (times, inputs): (&[f64], &[f64]),
+    path: InputPath,
+) -> Result<Trajectory, DiagnoseError> {
+    let plant = IdentifiedPlant::new(model)?;
+    let input = path_of((times, inputs), path);
+    let longest = times.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::MIN_POSITIVE, f64::max);
+    let run = |substeps: usize| rk4(&plant, x0, &*input, times, longest / substeps as f64);
+    let mut coarse = run(1);
+    for substeps in (1..).map(|k| 1 << k).take_while(|&substeps| substeps <= substeps::MOST) {
+        let fine = run(substeps);
+        let settled =
+            matches!((&coarse, &fine), (Ok(a), Ok(b)) if share_of_change(a, b) < STEPS_TELL);
+        coarse = fine;
+        if settled {
+            break;
+        }
+    }
+    Ok(coarse?)
+}
+
+/// Largest change of an entry of the state from one run to another, as a share of its largest value.
+fn share_of_change(a: &Trajectory, b: &Trajectory) -> f64 {
+    let entry = |i: usize| {
+        let pairs = || a.states.iter().zip(&b.states).skip(i).step_by(a.width);
+        let change = pairs().map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        let largest = pairs().map(|(x, _)| x.abs()).fold(f64::MIN_POSITIVE, f64::max);
+        change / largest
+    };
+    (0..a.width).map(entry).fold(0.0, f64::max)
 }
 
 /// States, row after row, of as many samples as a run reaches before it diverges, and their number.

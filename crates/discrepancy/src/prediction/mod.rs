@@ -6,7 +6,7 @@ mod model;
 mod state;
 mod substeps;
 
-pub use identified::IdentifiedPredictor;
+pub use identified::{IdentifiedPredictor, simulate_identified};
 
 pub use model::Predictor;
 pub use substeps::TOLERANCE as INTEGRATION_TOLERANCE;

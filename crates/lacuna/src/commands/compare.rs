@@ -1,20 +1,16 @@
 //! `lacuna compare`: two models against the same recordings.
 
-mod pair;
-mod results;
-
 use super::Outcome;
-use super::kind::AnyModel;
 use super::simulate::positive;
-use super::simulation::Settings;
-use crate::output::{spinner, write_together};
+use crate::output::spinner;
 use crate::say::{say, sayln};
 use clap::Args;
+use lacuna::comparison::{Compared, Named, Pair, labels};
 use lacuna::discrepancy::prediction::DEFAULT_WARMUP;
+use lacuna::models::AnyModel;
 use lacuna::recordings::RecordingSource;
-use lacuna::report;
-use pair::{Named, Pair};
-use results::Results;
+use lacuna::simulation::Settings;
+use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -48,44 +44,30 @@ pub struct Arguments {
 
 pub fn run(a: &Arguments) -> Outcome {
     let settings = Settings { horizon: a.horizon, warmup: a.warmup };
-    let [label_a, label_b] = labels(&a.model_a, &a.model_b);
-    let model = |file: &Path, label| -> Result<Named, Box<dyn std::error::Error>> {
-        Ok(Named { model: AnyModel::read(file)?, file: file.to_owned(), label })
+    let [label_a, label_b] = labels([&a.model_a, &a.model_b]);
+    let model = |file: &Path, label| -> Result<Named, Box<dyn Error>> {
+        Ok(Named { model: AnyModel::read(file)?, file: file.display().to_string(), label })
     };
     let models = [model(&a.model_a, label_a)?, model(&a.model_b, label_b)?];
     let bar = spinner(a.quiet || a.json);
     let pairs = a.recordings.iter().map(|like| {
         bar.set_message(format!("simulating both on {}", like.name()));
-        Pair::of(&models, like, settings)
+        let recordings = [models[0].model.recording(like)?, models[1].model.recording(like)?];
+        Pair::of(&models, recordings.each_ref(), settings)
     });
     let pairs = pairs.collect::<Result<Vec<_>, _>>();
     bar.finish_and_clear();
-    let pairs = pairs?;
-    pair::same_channels(&pairs)?;
-    let results = Results::of(&models, &pairs, settings);
-    let json = serde_json::to_string_pretty(&results)?;
-    let comparison = results.comparison(&pairs);
+    let compared = Compared::of(&models, &pairs?, settings)?;
     if let Some(folder) = &a.out {
-        let page = report::compare_page(&comparison);
-        let (data, html) = (folder.join("compare.json"), folder.join("compare.html"));
-        write_together(&[(&data, &json), (&html, &page)])?;
+        compared.write(folder)?;
     }
     if a.json {
-        sayln!("{json}")?;
+        sayln!("{}", compared.json()?)?;
     } else if !a.quiet {
-        say!("{}", results.text(&comparison))?;
+        say!("{}", compared.text())?;
         if let Some(folder) = &a.out {
             sayln!("Written: {}", folder.join("compare.html").display())?;
         }
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// The names of the two files; their whole paths where the names are the same.
-fn labels(a: &Path, b: &Path) -> [String; 2] {
-    let name = |p: &Path| p.file_name().map(|n| n.to_string_lossy().into_owned());
-    match (name(a), name(b)) {
-        (Some(a), Some(b)) if a != b => [a, b],
-        _ => [a, b].map(|p| p.display().to_string()),
-    }
 }

@@ -5,10 +5,11 @@ mod sides;
 mod timing;
 
 use super::Outcome;
-use super::kind::LearnedModel;
-use crate::output::{spinner, write_whole};
+use crate::output::spinner;
 use crate::say::sayln;
 use clap::Args;
+use lacuna::files::write_whole;
+use lacuna::models::LearnedModel;
 use lacuna::occupation::compile::{Compiled, compile};
 use lacuna::occupation::{IdentifiedModel, Names};
 use report::Report;

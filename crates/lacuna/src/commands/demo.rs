@@ -1,14 +1,18 @@
 //! `lacuna demo`: conceal an effect in made-up recordings, diagnose them, and unseal it.
 
-use super::{Outcome, diagnose};
-use crate::interrupt::{Cancellable, uninterrupted};
-use crate::output::{colour, spinner, write_whole};
+use super::Outcome;
+use super::typed::typed;
+use crate::interrupt::Cancellable;
+use crate::output::{colour, spinner};
 use crate::say::{say, sayln};
 use clap::Args;
+use lacuna::diagnosed::Diagnosed;
 use lacuna::discrepancy::diagnose as ladder;
 use lacuna::discrepancy::{Dataset, Watch};
 use lacuna::effects;
 use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
+use lacuna::files::uninterrupted;
+use lacuna::files::write_whole;
 use lacuna::plants::model::{ModelEffect, NewEffect};
 use lacuna::plants::{Model, SampledInput, System, rk4};
 use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
@@ -74,15 +78,13 @@ pub fn run(a: &Arguments) -> Outcome {
     if let Some(cancelled) = running.end() {
         return Ok(cancelled);
     }
-    let outcome = outcome?;
-    let augmented = model.augmented_text(&outcome.augmentation)?;
-    let proofs = diagnose::proofs(&model, &training, &outcome.proofs);
-    diagnose::write(&a.out, &outcome.diagnosis, (&augmented, None), &proofs)?;
-    say!("{}", report::summary(&outcome.diagnosis, colour()))?;
+    let found = Diagnosed::new(model, &training, outcome?);
+    found.write(&a.out, &typed())?;
+    say!("{}", report::summary(found.diagnosis(), colour()))?;
 
     sayln!("\nUnsealed: {}", sealed_in_words(&truth))?;
-    let found = outcome.diagnosis.findings.first();
-    let right = found
+    let first = found.diagnosis().findings.first();
+    let right = first
         .is_some_and(|f| f.class == truth.effect.effect.class && f.channel == truth.effect.channel);
     sayln!("{}", if right { "The finding is right." } else { "The finding is wrong." })?;
     sayln!("Written: {}", a.out.join("report.html").display())?;

@@ -2,10 +2,10 @@
 
 use super::Outcome;
 use super::compile::Target;
-use super::kind::LearnedModel;
-use crate::output::write_whole;
 use crate::say::sayln;
 use clap::{Args, ValueEnum};
+use lacuna::files::write_whole;
+use lacuna::models::LearnedModel;
 use lacuna::occupation::compile::source::Language;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

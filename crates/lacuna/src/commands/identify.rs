@@ -17,7 +17,6 @@ mod settings;
 mod slices;
 
 use super::Outcome;
-use super::check::table::{Table, number};
 use crate::output::spinner;
 use crate::say::{say, sayln};
 use clap::{Args, ValueEnum};
@@ -29,6 +28,7 @@ use lacuna::occupation::{
     Family, Identification, IdentificationError, Identified, InputPath, Names,
 };
 use lacuna::recordings::{InputHold, Recording, RecordingSource, Unit};
+use lacuna::table::{Table, number};
 use motion::Motion;
 use proof::Proof;
 use serde::Serialize;

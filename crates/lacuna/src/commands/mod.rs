@@ -8,9 +8,7 @@ pub mod diagnose;
 pub mod export;
 pub mod identify;
 pub mod init;
-mod kind;
 pub mod simulate;
-mod simulation;
 mod typed;
 
 use std::process::ExitCode;

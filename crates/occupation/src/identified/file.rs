@@ -83,16 +83,22 @@ impl IdentifiedModel {
     /// A file that cannot be read, is no JSON of a model, or holds a model that is not consistent.
     pub fn load(path: &Path) -> Result<Self, ModelFileError> {
         let text = fs::read_to_string(path).map_err(|error| ModelFileError::io(path, &error))?;
-        let json = |reason: String| ModelFileError::Json { path: path.to_owned(), reason };
-        let version: VersionOnly =
-            serde_json::from_str(&text).map_err(|error| json(error.to_string()))?;
-        if !(OLDEST..=VERSION).contains(&version.version) {
-            let error = SavedModelError::Version { expected: VERSION, found: version.version };
-            return Err(json(error.to_string()));
+        Self::from_json(&text)
+            .map_err(|reason| ModelFileError::Json { path: path.to_owned(), reason })
+    }
+
+    /// Reads the text that [`IdentifiedModel::to_json`] made.
+    ///
+    /// # Errors
+    /// What is wrong where the text is no JSON of a model, or holds a model that is not consistent.
+    pub fn from_json(text: &str) -> Result<Self, String> {
+        let json = |error: serde_json::Error| error.to_string();
+        let VersionOnly { version: found } = serde_json::from_str(text).map_err(json)?;
+        if !(OLDEST..=VERSION).contains(&found) {
+            return Err(SavedModelError::Version { expected: VERSION, found }.to_string());
         }
-        let saved: SavedModel =
-            serde_json::from_str(&text).map_err(|error| json(error.to_string()))?;
-        saved.restore().map_err(|error| json(error.to_string()))
+        let saved: SavedModel = serde_json::from_str(text).map_err(json)?;
+        saved.restore().map_err(|error| error.to_string())
     }
 }
 

@@ -15,11 +15,13 @@
 //! which bounds it where F is smooth over h, as the extrapolated value is better by another two
 //! orders. h is a thousandth of the largest |x| met so far (of 1 while x has only been 0) and is
 //! reduced where e is large beside `|dF/dx| + |F|/|x|` (C. Ridders, Adv. Eng. Softw. 4 (1982)
-//! 75-76). One derivative costs four evaluations where the first h will do.
+//! 75-76). One derivative costs four evaluations where the first h will do, and those of all derivatives at a
+//! point are asked for together ([`Simulator::evaluate_all`]).
 
 use super::{Bound, BoundDynamics, Dynamics, Mass, Point, Room, Sizes, mass_and_force};
 use lacuna_numbers::Dual;
 use std::fmt::Debug;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -39,6 +41,18 @@ pub trait Simulator: Debug + Send + Sync + 'static {
     /// Mass matrix (row-major `n x n`; the identity on entry), and generalised forces followed by
     /// the rates of the first-order states (`n + s`). It depends on nothing but `at`.
     fn evaluate(&self, at: &Point<'_>, mass: &mut [f64], force: &mut [f64]);
+
+    /// The same at several points: parameters and variables of one in a row of `points`, its mass matrix
+    /// and what follows it in a row of `rates` ([`Sizes::rates`]). To be given where many at once cost less than
+    /// one after the other.
+    fn evaluate_all(&self, sizes: Sizes, points: &[f64], rates: &mut [f64]) {
+        let rows = points.chunks_exact(sizes.parameters + sizes.variables());
+        for (point, rates) in rows.zip(rates.chunks_exact_mut(sizes.rates())) {
+            let (parameters, variables) = point.split_at(sizes.parameters);
+            let (mass, force) = mass_and_force(sizes, rates);
+            self.evaluate(&Point::new(sizes, parameters, variables), mass, force);
+        }
+    }
 }
 
 /// The dynamics of a [`Simulator`], derivatives by differences.
@@ -90,12 +104,6 @@ impl<S: Simulator> Shared<S> {
         let (mass, force) = mass_and_force(self.sizes, rates);
         self.simulator.evaluate(&at, mass, force);
     }
-
-    /// The rates at parameters and variables, one after the other.
-    fn rates_at(&self, point: &[f64], rates: &mut [f64]) {
-        let (parameters, variables) = point.split_at(self.sizes.parameters);
-        self.rates(parameters, variables, rates);
-    }
 }
 
 #[derive(Debug)]
@@ -114,32 +122,29 @@ impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
     fn room(&self) -> Room<Dual> {
         let Sizes { parameters, .. } = self.shared.sizes;
         let entries = parameters + self.shared.sizes.variables();
-        let plain = vec![0.0; 2 * entries + Table::ROWS * self.shared.sizes.rates()];
-        Room::new(vec![], plain)
+        Room::new(vec![], vec![0.0; Nearby::length(entries, self.shared.sizes.rates())])
     }
 
     fn evaluate(&self, room: &mut Room<Dual>, variables: &[Dual], rates: &mut [Dual]) {
-        let entries = self.parameters.len() + variables.len();
-        let (point, rest) = room.plain.split_at_mut(entries);
-        let (sizes, rest) = rest.split_at_mut(entries);
-        let mut table = Table::of(rest);
         let all = || self.parameters.iter().chain(variables);
-        for (plain, x) in point.iter_mut().zip(all()) {
-            *plain = x.value;
+        let entries = self.parameters.len() + variables.len();
+        let mut near = Nearby::of(&mut room.plain, entries, rates.len());
+        near.begin(all());
+        for attempt in 0..TRIES {
+            let rows = near.lay_out();
+            if rows == 1 && attempt > 0 {
+                break;
+            }
+            // The point itself is evaluated with the first of those around it.
+            near.evaluate(&self.shared, usize::from(attempt > 0)..rows);
+            near.differentiate();
         }
-        self.shared.rates_at(point, table.here);
-        for (rate, &value) in rates.iter_mut().zip(&*table.here) {
+        for (rate, &value) in rates.iter_mut().zip(near.rates_of(0)) {
             *rate = Dual { value, tangent: [0.0; lacuna_numbers::LANES] };
         }
-        for (i, x) in all().enumerate() {
-            if x.tangent.iter().all(|&t| t == 0.0) {
-                continue;
-            }
-            sizes[i] = sizes[i].max(x.value.abs());
-            let size = if sizes[i] > 0.0 { sizes[i] } else { 1.0 };
-            let error = table.differentiate(&self.shared, point, (i, size));
-            self.shared.worst.fetch_max(error.to_bits(), Ordering::Relaxed);
-            for (rate, slope) in rates.iter_mut().zip(&*table.slope) {
+        for (i, x) in all().enumerate().filter(|(_, x)| moves(x)) {
+            self.shared.worst.fetch_max(near.errors[i].to_bits(), Ordering::Relaxed);
+            for (rate, slope) in rates.iter_mut().zip(near.slopes_of(i)) {
                 for (to, from) in rate.tangent.iter_mut().zip(&x.tangent) {
                     *to += slope * from;
                 }
@@ -148,74 +153,132 @@ impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
     }
 }
 
-/// Rates at a point and near it.
-struct Table<'a> {
-    here: &'a mut [f64],
-    above: &'a mut [f64],
-    below: &'a mut [f64],
-    coarse: &'a mut [f64],
-    fine: &'a mut [f64],
-    slope: &'a mut [f64],
+/// Whether an entry carries a derivative.
+fn moves(x: &Dual) -> bool {
+    x.tangent.iter().any(|&t| t != 0.0)
 }
 
-impl<'a> Table<'a> {
-    const ROWS: usize = 6;
+/// A point, points around it, and rates and derivatives there. An entry is a parameter or variable.
+struct Nearby<'a> {
+    entries: usize,
+    width: usize,
+    /// Largest size of each entry met so far: kept from one point to the next.
+    sizes: &'a mut [f64],
+    /// Step of each entry; 0 where it is not moved.
+    steps: &'a mut [f64],
+    /// Share of error of each entry's best derivative: infinite, with derivatives of 0, where the
+    /// simulator is not finite on both sides at any step.
+    errors: &'a mut [f64],
+    /// Those derivatives, a row an entry.
+    slopes: &'a mut [f64],
+    /// The point, then [`AROUND`] points for each entry that is still moved.
+    points: &'a mut [f64],
+    /// Rates there.
+    rates: &'a mut [f64],
+}
 
-    fn of(plain: &'a mut [f64]) -> Self {
-        let width = plain.len() / Self::ROWS;
-        let (here, rest) = plain.split_at_mut(width);
-        let (above, rest) = rest.split_at_mut(width);
-        let (below, rest) = rest.split_at_mut(width);
-        let (coarse, rest) = rest.split_at_mut(width);
-        let (fine, slope) = rest.split_at_mut(width);
-        Self { here, above, below, coarse, fine, slope }
+/// Points around a point for one entry: a step above and below it, and half a step.
+const AROUND: usize = 4;
+
+impl<'a> Nearby<'a> {
+    fn length(entries: usize, width: usize) -> usize {
+        (3 + width) * entries + (1 + AROUND * entries) * (entries + width)
     }
 
-    /// Derivatives by one entry, into `slope`, and their largest share of error: infinite, with
-    /// derivatives of 0, where the simulator is not finite on both sides at any step.
-    fn differentiate<S: Simulator>(
-        &mut self,
-        shared: &Shared<S>,
-        point: &mut [f64],
-        (entry, size): (usize, f64),
-    ) -> f64 {
-        self.slope.fill(0.0);
-        let (mut best, mut h) = (f64::INFINITY, STEP * size);
-        for _ in 0..TRIES {
-            let error = self.extrapolate(shared, point, (entry, h), size);
-            if error < best {
-                best = error;
-                for (slope, (fine, coarse)) in
-                    self.slope.iter_mut().zip(self.fine.iter().zip(&*self.coarse))
-                {
-                    *slope = (4.0 * fine - coarse) / 3.0;
+    fn of(plain: &'a mut [f64], entries: usize, width: usize) -> Self {
+        let (sizes, rest) = plain.split_at_mut(entries);
+        let (steps, rest) = rest.split_at_mut(entries);
+        let (errors, rest) = rest.split_at_mut(entries);
+        let (slopes, rest) = rest.split_at_mut(width * entries);
+        let (points, rates) = rest.split_at_mut((1 + AROUND * entries) * entries);
+        Self { entries, width, sizes, steps, errors, slopes, points, rates }
+    }
+
+    fn rates_of(&self, row: usize) -> &[f64] {
+        &self.rates[row * self.width..(row + 1) * self.width]
+    }
+
+    fn slopes_of(&self, entry: usize) -> &[f64] {
+        &self.slopes[entry * self.width..(entry + 1) * self.width]
+    }
+
+    /// Go to a point.
+    fn begin<'x>(&mut self, all: impl Iterator<Item = &'x Dual>) {
+        self.slopes.fill(0.0);
+        self.errors.fill(f64::INFINITY);
+        for (i, x) in all.enumerate() {
+            self.points[i] = x.value;
+            self.steps[i] = 0.0;
+            if moves(x) {
+                self.sizes[i] = self.sizes[i].max(x.value.abs());
+                self.steps[i] = STEP * self.size(i);
+            }
+        }
+    }
+
+    /// The size that an entry's steps are shares of.
+    fn size(&self, entry: usize) -> f64 {
+        if self.sizes[entry] > 0.0 { self.sizes[entry] } else { 1.0 }
+    }
+
+    /// Whether an entry is still moved.
+    fn is_pending(&self, entry: usize) -> bool {
+        self.steps[entry] > 0.0 && self.errors[entry] > GOOD
+    }
+
+    /// Write the points around for the entries that are still moved; how many rows there are then.
+    fn lay_out(&mut self) -> usize {
+        let mut row = 1;
+        for entry in 0..self.entries {
+            if !self.is_pending(entry) {
+                continue;
+            }
+            let h = self.steps[entry];
+            for step in [h, -h, 0.5 * h, -0.5 * h] {
+                let to = row * self.entries;
+                self.points.copy_within(..self.entries, to);
+                self.points[to + entry] += step;
+                row += 1;
+            }
+        }
+        row
+    }
+
+    fn evaluate<S: Simulator>(&mut self, shared: &Shared<S>, rows: Range<usize>) {
+        let points = &self.points[rows.start * self.entries..rows.end * self.entries];
+        let rates = &mut self.rates[rows.start * self.width..rows.end * self.width];
+        shared.simulator.evaluate_all(shared.sizes, points, rates);
+    }
+
+    /// Derivatives by the entries that are still moved, and smaller steps for the next time.
+    fn differentiate(&mut self) {
+        let mut row = 1;
+        for entry in 0..self.entries {
+            if !self.is_pending(entry) {
+                continue;
+            }
+            let error = self.error(entry, row);
+            if error < self.errors[entry] {
+                self.errors[entry] = error;
+                for j in 0..self.width {
+                    self.slopes[entry * self.width + j] = self.extrapolated(entry, row, j).slope;
                 }
             }
-            if best <= GOOD {
-                break;
-            }
-            h *= SHRINK;
+            self.steps[entry] *= SHRINK;
+            row += AROUND;
         }
-        best
     }
 
-    /// Differences of steps h and h/2, and the largest share of error of their extrapolation.
-    fn extrapolate<S: Simulator>(
-        &mut self,
-        shared: &Shared<S>,
-        point: &mut [f64],
-        (entry, h): (usize, f64),
-        size: f64,
-    ) -> f64 {
-        self.difference(shared, point, (entry, h));
-        self.coarse.copy_from_slice(self.fine);
-        self.difference(shared, point, (entry, 0.5 * h));
+    /// Largest share of error of the derivatives by an entry, whose points begin at a row.
+    fn error(&self, entry: usize, row: usize) -> f64 {
+        let (h, size) = (self.steps[entry], self.size(entry));
         let mut worst = 0.0f64;
-        for j in 0..self.here.len() {
-            let largest = self.here[j].abs().max(self.above[j].abs()).max(self.below[j].abs());
-            let slope = (4.0 * self.fine[j] - self.coarse[j]) / 3.0;
-            let error =
-                (self.fine[j] - self.coarse[j]).abs() / 3.0 + 8.0 * f64::EPSILON * largest / h;
+        for j in 0..self.width {
+            // The points of half a step tell how large rates are: those that the better difference is of.
+            let near = [0, row + 2, row + 3].map(|r| self.rates[r * self.width + j].abs());
+            let largest = near.into_iter().fold(0.0, f64::max);
+            let Extrapolated { slope, change } = self.extrapolated(entry, row, j);
+            let error = change / 3.0 + 8.0 * f64::EPSILON * largest / h;
             if !error.is_finite() {
                 return f64::INFINITY;
             }
@@ -226,24 +289,22 @@ impl<'a> Table<'a> {
         worst
     }
 
-    /// The central difference of step h, into `fine`.
-    fn difference<S: Simulator>(
-        &mut self,
-        shared: &Shared<S>,
-        point: &mut [f64],
-        (entry, h): (usize, f64),
-    ) {
-        let before = point[entry];
-        point[entry] = before + h;
-        let above = point[entry];
-        shared.rates_at(point, self.above);
-        point[entry] = before - h;
-        // The distance that is really between the two.
-        let width = above - point[entry];
-        shared.rates_at(point, self.below);
-        point[entry] = before;
-        for ((d, a), b) in self.fine.iter_mut().zip(&*self.above).zip(&*self.below) {
-            *d = (a - b) / width;
-        }
+    /// The derivative of a rate by an entry, whose points begin at a row.
+    fn extrapolated(&self, entry: usize, row: usize, rate: usize) -> Extrapolated {
+        let difference = |above: usize| {
+            let of = |values: &[f64], width: usize, k: usize| {
+                values[above * width + k] - values[(above + 1) * width + k]
+            };
+            // The distance that is really between the two.
+            of(self.rates, self.width, rate) / of(self.points, self.entries, entry)
+        };
+        let (coarse, fine) = (difference(row), difference(row + 2));
+        Extrapolated { slope: (4.0 * fine - coarse) / 3.0, change: (fine - coarse).abs() }
     }
+}
+
+/// A derivative from differences of steps h and h/2, and how these differ.
+struct Extrapolated {
+    slope: f64,
+    change: f64,
 }

@@ -193,6 +193,12 @@ impl Model {
         &*self.dynamics
     }
 
+    /// Whether it was read from a text, which says all of it.
+    #[must_use]
+    pub fn is_text(&self) -> bool {
+        self.source.is_some()
+    }
+
     /// Number of force channels: coordinates, then first-order states.
     #[must_use]
     pub fn channels(&self) -> usize {
@@ -328,6 +334,24 @@ impl Model {
             i if i < 2 * n => units::per_second(&self.coordinates[i - n].unit),
             i => self.states[i - 2 * n].unit.clone(),
         }
+    }
+
+    /// Unit in which the values of a column of the recordings are taken: that of its measurement, or of
+    /// the channel or input of its name; none where it is neither.
+    #[must_use]
+    pub fn column_unit(&self, column: &str) -> Option<String> {
+        let of = |measured| match measured {
+            Measured::State(i) => self.state_unit(i),
+            Measured::Input(j) => self.inputs[j].unit.clone(),
+            Measured::Force(c) => self.force_unit(c),
+            Measured::Output(_) => String::new(),
+        };
+        if let Some(m) = self.measurements.iter().find(|m| m.column == column) {
+            return Some(if m.unit.is_empty() { of(m.of) } else { m.unit.clone() });
+        }
+        let state = (0..self.machine_states()).find(|&i| self.state_name(i) == column);
+        let input = || self.inputs.iter().position(|i| i.name == column);
+        state.map(Measured::State).or_else(|| input().map(Measured::Input)).map(of)
     }
 
     /// Name of a variable of a force channel; a first-order state has no velocity, and of

@@ -1,8 +1,8 @@
 //! What the identification chose, and what it could not tell, in words.
 
 use super::columns::Columns;
-use crate::commands::check::table::{Table, number};
 use lacuna::occupation::identification::{BlockChoice, Report, Warning};
+use lacuna::table::{Table, number};
 
 /// Kernels, noise and windows.
 pub fn text(report: &Report, columns: &Columns) -> String {

@@ -3,8 +3,8 @@
 use super::columns::Columns;
 use super::motion::Stretch;
 use super::slices;
-use crate::output::write_together;
 use lacuna::charts::grid_svg;
+use lacuna::files::write_together;
 use lacuna::occupation::IdentifiedModel;
 use lacuna::occupation::identification::Report as Chosen;
 use std::error::Error;

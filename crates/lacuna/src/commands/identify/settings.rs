@@ -3,8 +3,8 @@
 use super::Arguments;
 use super::columns::Columns;
 use super::motion::{Motion, Stretch};
-use crate::commands::check::table::number;
 use lacuna::occupation::{InitialDerivative, Quadrature, TestFunction};
+use lacuna::table::number;
 use serde::Serialize;
 use std::error::Error;
 

@@ -3,10 +3,10 @@
 use super::choice::function;
 use super::columns::Columns;
 use super::motion::Stretch;
-use crate::commands::check::table::number;
 use lacuna::charts::{Axis, Band, Colour, Figure, Grid, Line, Rug, Style};
 use lacuna::occupation::IdentifiedModel;
 use lacuna::occupation::identification::Report as Chosen;
+use lacuna::table::number;
 use std::error::Error;
 
 /// Points of a curve.

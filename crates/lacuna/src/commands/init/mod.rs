@@ -3,10 +3,10 @@
 mod columns;
 
 use super::Outcome;
-use crate::output::write_whole;
 use crate::say::sayln;
 use clap::Args;
 use columns::{Found, Joint};
+use lacuna::files::write_whole;
 use lacuna::plants::model::quoted;
 use lacuna::recordings::{self, Recording, RecordingSource};
 use lacuna::rigid::{self, GRAVITY, Robot, Tree};

@@ -79,7 +79,7 @@ fn delay(series: &[Vec<f64>], longest: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lacuna::excitation::{add_gaussian_noise, rng};
+    use crate::excitation::{add_gaussian_noise, rng};
 
     fn sines(frequencies: &[f64]) -> Vec<f64> {
         // Whole periods of every integer frequency.

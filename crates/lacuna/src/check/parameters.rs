@@ -1,16 +1,16 @@
 //! Whether the recordings can move the model's parameters.
 //!
 //! About the nominal parameters, in the longest windows that the model follows, the likelihood is
-//! a linear regression on what each parameter changes ([`lacuna::discrepancy::likelihood`]). With
+//! a linear regression on what each parameter changes ([`crate::discrepancy::likelihood`]). With
 //! the tolerances as prior, its posterior covariance is what the recordings could tell at best:
 //! with the measurement noise as the only error, and nothing missing from the model.
 
-use super::table::{Table, number};
-use lacuna::discrepancy::Dataset;
-use lacuna::discrepancy::likelihood::{Problem, What};
-use lacuna::discrepancy::search::about_nominal;
-use lacuna::discrepancy::trajectories::unmeasured;
-use lacuna::plants::Model;
+use crate::discrepancy::Dataset;
+use crate::discrepancy::likelihood::{Problem, What};
+use crate::discrepancy::search::about_nominal;
+use crate::discrepancy::trajectories::unmeasured;
+use crate::plants::Model;
+use crate::table::{Table, number};
 use serde::Serialize;
 use std::error::Error;
 

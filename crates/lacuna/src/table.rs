@@ -1,4 +1,4 @@
-//! Plain text tables.
+//! Plain text tables, as commands print them.
 
 use std::fmt::Write;
 
@@ -21,6 +21,7 @@ pub fn number(value: f64) -> String {
 }
 
 /// Columns under their headings, flush left.
+#[derive(Clone, Debug)]
 pub struct Table {
     rows: Vec<Vec<String>>,
 }

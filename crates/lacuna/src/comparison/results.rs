@@ -1,17 +1,17 @@
 //! The errors of two models, for machines and for people.
 
-use super::super::check::table::{Table, number};
-use super::super::simulation::{ChannelError, Settings};
 use super::pair::{Channel, Named, Pair};
+use crate::recordings::in_samples;
+use crate::report::number::ratio;
+use crate::report::{Closer, ComparedChannel, ComparedSeries, Comparison};
+use crate::simulation::{ChannelError, Settings};
+use crate::table::{Table, number};
 use indexmap::IndexMap;
-use lacuna::recordings::in_samples;
-use lacuna::report::number::ratio;
-use lacuna::report::{Closer, ComparedChannel, ComparedSeries, Comparison};
 use serde::Serialize;
 
 /// What compare.json holds. Errors are over the samples of all recordings.
 #[derive(Serialize)]
-pub struct Results {
+pub(super) struct Results {
     channels: IndexMap<String, Compared>,
     recordings: Vec<OneRecording>,
     mode: &'static str,

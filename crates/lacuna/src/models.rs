@@ -1,14 +1,16 @@
-//! A model of equations (TOML) or one that `lacuna identify` wrote (JSON), known by its text.
+//! A model of equations (TOML) or one that `lacuna identify` wrote (JSON), known by its text, and what can
+//! be done with either.
 
-use lacuna::discrepancy::{Dataset, DiagnoseError, IdentifiedPredictor, Prediction, Predictor};
-use lacuna::occupation::compile::Compiled;
-use lacuna::occupation::{IdentifiedModel, ModelFileError, Names};
-use lacuna::plants::Model;
-use lacuna::recordings::RecordingSource;
+use crate::discrepancy::{Dataset, DiagnoseError, IdentifiedPredictor, Prediction, Predictor};
+use crate::occupation::compile::Compiled;
+use crate::occupation::{IdentifiedModel, ModelFileError, Names};
+use crate::plants::Model;
+use crate::recordings::{Recording, RecordingError, RecordingSource};
 use std::error::Error;
 use std::path::Path;
 
 /// A model that can be run on a recording.
+#[derive(Clone, Debug)]
 pub enum AnyModel {
     /// Equations with parameters.
     Equations(Box<Model>),
@@ -39,10 +41,10 @@ impl AnyModel {
     }
 
     /// The name of its equations; what is identified is called by its file.
-    pub fn name(&self, path: &Path) -> String {
+    pub fn name(&self, file: &str) -> String {
         match self {
             Self::Equations(model) => model.name.clone(),
-            Self::Identified(_) => path.display().to_string(),
+            Self::Identified(_) => file.to_owned(),
         }
     }
 
@@ -54,19 +56,34 @@ impl AnyModel {
         }
     }
 
+    /// A recording with the model's column of time.
+    ///
+    /// # Errors
+    /// What is wrong with the file, with its path.
+    pub fn recording(&self, source: &RecordingSource) -> Result<Recording, RecordingError> {
+        crate::recordings::read(source, self.time_column())
+    }
+
     /// A recording in the model's channels.
-    pub fn dataset(&self, like: &RecordingSource) -> Result<Dataset, DiagnoseError> {
+    ///
+    /// # Errors
+    /// What does not fit the model, with the names of the recording and column.
+    pub fn dataset(&self, recording: &Recording) -> Result<Dataset, DiagnoseError> {
+        let recording = std::slice::from_ref(recording);
         match self {
-            Self::Equations(model) => Dataset::read(model, std::slice::from_ref(like)),
+            Self::Equations(model) => Dataset::new(model, recording),
             Self::Identified(identified) => {
                 let (model, names) = &**identified;
-                let recording = lacuna::recordings::read(like, &names.time)?;
-                Dataset::of_identified(names, model.order(), &[recording])
+                Dataset::of_identified(names, model.order(), recording)
             }
         }
     }
 
-    /// Windows of `horizon` seconds, or a free run without it.
+    /// Windows of `horizon` seconds, or a free run without it, whose state the first `warmup` samples
+    /// tell.
+    ///
+    /// # Errors
+    /// Channels that cannot be smoothed.
     pub fn predict(
         &self,
         dataset: &Dataset,
@@ -137,14 +154,17 @@ impl LearnedModel {
 pub fn read_equations(path: &Path) -> Result<Model, Box<dyn Error>> {
     // A file of numbers in one line is no help where the reader of models points at its mistake.
     if is_json_object(path) {
-        return Err(format!(
-            "{}: a JSON file, such as `lacuna identify` writes for `lacuna simulate`; expected a \
-             model of equations (TOML)",
-            path.display()
-        )
-        .into());
+        return Err(no_equations(&path.display().to_string()).into());
     }
     Ok(Model::read(path)?)
+}
+
+/// What is said of an identified model in the place of one of equations; `called` is its file.
+pub fn no_equations(called: &str) -> String {
+    format!(
+        "{called}: a JSON file, such as `lacuna identify` writes for `lacuna simulate`; expected a model of \
+         equations (TOML)"
+    )
 }
 
 /// Whether the first sign of the text is that of a JSON object: no TOML begins with it. A file

@@ -1,11 +1,11 @@
 //! What is in the recordings: rows and sampling, channels, inputs.
 
 use super::excitation::{DELAYS, excitation};
-use super::table::number;
-use lacuna::discrepancy::{Dataset, Observed};
-use lacuna::plants::Model;
-use lacuna::plants::model::Measured;
-use lacuna::recordings::{Recording, Sampling, Unit, UnitError, convert_factor};
+use crate::discrepancy::{Dataset, Observed};
+use crate::plants::Model;
+use crate::plants::model::Measured;
+use crate::recordings::{Recording, Sampling, Unit, UnitError, convert_factor};
+use crate::table::number;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -196,7 +196,7 @@ pub fn channels(
     recordings: &[Recording],
     data: &Dataset,
 ) -> Result<Vec<Channel>, Box<dyn Error>> {
-    let channel = |(k, output): (usize, &lacuna::discrepancy::Output)| {
+    let channel = |(k, output): (usize, &crate::discrepancy::Output)| {
         let (column, column_unit) = column_of(model, output.of, &output.name);
         let series: Vec<&[f64]> = data.recordings.iter().map(|r| r.outputs[k].as_slice()).collect();
         let stretches = stretches(recordings, &series);

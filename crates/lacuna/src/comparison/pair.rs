@@ -1,20 +1,22 @@
 //! Two models run on one recording, channel by channel.
 
-use super::super::kind::AnyModel;
-use super::super::simulation::{ChannelError, Settings, Simulation};
-use lacuna::recordings::RecordingSource;
+use crate::models::AnyModel;
+use crate::recordings::Recording;
+use crate::simulation::{ChannelError, Settings, Simulation};
 use std::error::Error;
-use std::path::PathBuf;
 
 /// A model, where it comes from and what it is called.
 pub struct Named {
+    /// The model.
     pub model: AnyModel,
-    pub file: PathBuf,
+    /// What errors call it: its file.
+    pub file: String,
+    /// What results call it.
     pub label: String,
 }
 
 /// A channel that both models have.
-pub struct Channel {
+pub(super) struct Channel {
     pub name: String,
     pub unit: String,
     /// Index in each model's outputs.
@@ -23,22 +25,24 @@ pub struct Channel {
 
 /// Both models on one recording.
 pub struct Pair {
-    pub runs: [Simulation; 2],
-    pub channels: Vec<Channel>,
+    pub(super) runs: [Simulation; 2],
+    pub(super) channels: Vec<Channel>,
 }
 
 impl Pair {
+    /// Run two models on one recording, with the column of time of each.
+    ///
     /// # Errors
     /// What is wrong with the recording, or the channel that one of the models lacks or measures
     /// otherwise.
     pub fn of(
         models: &[Named; 2],
-        like: &RecordingSource,
+        like: [&Recording; 2],
         settings: Settings,
     ) -> Result<Self, Box<dyn Error>> {
         let [a, b] = models;
-        let run = |m: &Named| Simulation::of((&m.model, &m.file), like, settings);
-        let runs = [run(a)?, run(b)?];
+        let run = |m: &Named, like| Simulation::of((&m.model, &m.file), like, settings);
+        let runs = [run(a, like[0])?, run(b, like[1])?];
         lacks((b, &runs[1]), (a, &runs[0]))?;
         lacks((a, &runs[0]), (b, &runs[1]))?;
         let channels = runs[0].dataset().outputs.iter().enumerate();
@@ -78,16 +82,16 @@ impl Pair {
              and measurements",
             c.name,
             self.runs[0].observed().name,
-            models[0].file.display(),
+            models[0].file,
             unit(units[0]),
-            models[1].file.display(),
+            models[1].file,
             unit(units[1]),
         )
         .into())
     }
 
     /// The error of each model in a channel.
-    pub fn errors(&self, channel: &Channel) -> [ChannelError; 2] {
+    pub(super) fn errors(&self, channel: &Channel) -> [ChannelError; 2] {
         [0, 1].map(|m| ChannelError::pooled(&[(&self.runs[m], channel.index[m])]))
     }
 }
@@ -96,7 +100,7 @@ impl Pair {
 ///
 /// # Errors
 /// The recording without a channel of the first.
-pub fn same_channels(pairs: &[Pair]) -> Result<(), Box<dyn Error>> {
+pub(super) fn same_channels(pairs: &[Pair]) -> Result<(), Box<dyn Error>> {
     let names = |p: &Pair| p.channels.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let Some(first) = pairs.first() else { return Ok(()) };
     match pairs.iter().find(|p| names(p) != names(first)) {
@@ -124,9 +128,9 @@ fn lacks(
     let has: Vec<&str> = run.dataset().outputs.iter().map(|o| o.name.as_str()).collect();
     Err(format!(
         "{}: no channel '{}', which {} compares with {}; it has {}",
-        without.file.display(),
+        without.file,
         missing.name,
-        with.file.display(),
+        with.file,
         run.observed().name,
         has.join(", ")
     )

@@ -2,9 +2,9 @@
 
 use super::Report;
 use super::channels::{Channel, Input, Stretch};
-use super::table::number;
-use lacuna::plants::Model;
-use lacuna::plants::model::same_unit;
+use crate::plants::Model;
+use crate::plants::model::same_unit;
+use crate::table::number;
 
 /// A channel that moves less than this many noise standard deviations says little.
 const FAINT: f64 = 5.0;

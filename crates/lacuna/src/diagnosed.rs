@@ -1,0 +1,151 @@
+//! What `diagnose` does with recordings before a diagnosis, and with its outcome after it.
+
+use crate::discrepancy::diagnose::{self, Outcome, Proof};
+use crate::discrepancy::diagnosis::Diagnosis;
+use crate::discrepancy::robot_file::{Augmented, augmented};
+use crate::discrepancy::{Dataset, DiagnoseError, Observed, Output};
+use crate::files::write_together;
+use crate::plants::Model;
+use crate::plants::model::{Measured, ModelError};
+use crate::recordings::Recording;
+use crate::report;
+use std::error::Error;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Training and held-out data, the noise of the training recordings in both. Without recordings that
+/// are held out some are kept: one in four, or the last quarter of a single one.
+///
+/// # Errors
+/// What does not fit the model, with the names of the recording and column.
+pub fn datasets(
+    model: &Model,
+    recordings: &[Recording],
+    held_out: &[Recording],
+) -> Result<(Dataset, Dataset), DiagnoseError> {
+    let all = Dataset::new(model, recordings)?;
+    if held_out.is_empty() {
+        return Ok(diagnose::split(&all));
+    }
+    let held = all.for_proof(Dataset::new(model, held_out)?)?;
+    Ok((all, held))
+}
+
+/// A diagnosis with all that can be told, drawn and written of it.
+pub struct Diagnosed {
+    model: Model,
+    outcome: Outcome,
+    /// The series that the page draws.
+    proofs: Vec<report::Proof>,
+}
+
+impl Diagnosed {
+    /// What became of a model on training data.
+    pub fn new(model: Model, training: &Dataset, outcome: Outcome) -> Self {
+        let proofs = series(&model, &training.outputs, &outcome.proofs);
+        Self { model, outcome, proofs }
+    }
+
+    /// The diagnosis.
+    pub fn diagnosis(&self) -> &Diagnosis {
+        &self.outcome.diagnosis
+    }
+
+    /// What diagnosis.json holds.
+    ///
+    /// # Errors
+    /// None: these are numbers and names.
+    pub fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(&self.outcome.diagnosis)
+    }
+
+    /// The model with what was found, as text.
+    ///
+    /// # Errors
+    /// A text that has effects in another form than `[[effect]]`.
+    pub fn augmented_text(&self) -> Result<String, ModelError> {
+        self.model.augmented_text(&self.outcome.augmentation)
+    }
+
+    /// The robot's own file with what was found; none where the model is of no robot.
+    ///
+    /// # Errors
+    /// A file that cannot be edited.
+    pub fn robot(&self) -> Result<Option<Augmented>, Box<dyn Error>> {
+        Ok(augmented(&self.model, &self.outcome.augmentation, &self.outcome.diagnosis.findings)?)
+    }
+
+    /// The page, with the command that repeats the diagnosis.
+    ///
+    /// # Errors
+    /// As [`Diagnosed::augmented_text`].
+    pub fn page(&self, command: &str) -> Result<String, ModelError> {
+        Ok(report::page(&self.outcome.diagnosis, &self.augmented_text()?, &self.proofs, command))
+    }
+
+    /// Write diagnosis.json, augmented.toml, report.html and, of a robot, its own file to a folder. Returns
+    /// the robot's file.
+    ///
+    /// # Errors
+    /// Those of [`Diagnosed::augmented_text`] and [`Diagnosed::robot`], or the underlying error with the path.
+    pub fn write(&self, folder: &Path, command: &str) -> Result<Option<Augmented>, Box<dyn Error>> {
+        let robot = self.robot()?;
+        let (json, text, page) = (self.json()?, self.augmented_text()?, self.page(command)?);
+        let mut files =
+            vec![("diagnosis.json", &*json), ("augmented.toml", &*text), ("report.html", &*page)];
+        files.extend(robot.iter().map(|file| (&*file.name, &*file.text)));
+        write_to(folder, &files)?;
+        Ok(robot)
+    }
+
+    /// Write the page's pictures as SVG files to figures/ in a folder.
+    ///
+    /// # Errors
+    /// The underlying error, with the path.
+    pub fn write_figures(&self, folder: &Path) -> io::Result<()> {
+        let files = report::files(&self.outcome.diagnosis, &self.proofs);
+        let named: Vec<_> = files.iter().map(|f| (&*f.name, &*f.svg)).collect();
+        write_to(&folder.join("figures"), &named)
+    }
+}
+
+/// Write files of these names to a folder.
+fn write_to(folder: &Path, files: &[(&str, &str)]) -> io::Result<()> {
+    let paths: Vec<PathBuf> = files.iter().map(|(name, _)| folder.join(name)).collect();
+    let texts = files.iter().map(|(_, text)| *text);
+    write_together(&paths.iter().map(PathBuf::as_path).zip(texts).collect::<Vec<_>>())
+}
+
+/// The series that the report draws.
+fn series(model: &Model, outputs: &[Output], proofs: &[Proof]) -> Vec<report::Proof> {
+    let one = |p: &Proof, k: usize, output: &Output| report::Proof {
+        recording: p.observed.name.clone(),
+        channel: output.name.clone(),
+        unit: output.unit.clone(),
+        time: p.observed.times.clone(),
+        measured: p.observed.outputs[k].clone(),
+        before: p.before.outputs[k].clone(),
+        after: p.after.outputs[k].clone(),
+        imposed: imposed(model, output, &p.observed),
+    };
+    proofs.iter().flat_map(|p| outputs.iter().enumerate().map(move |(k, o)| one(p, k, o))).collect()
+}
+
+/// The imposed motion that an output is drawn against: all of it, where it may be a force on it.
+fn imposed(model: &Model, output: &Output, observed: &Observed) -> Vec<report::Imposed> {
+    let n = model.coordinates.len();
+    let of = |c: usize| {
+        let motion = model.motion_index(c)?;
+        Some([(c, motion), (c + n, motion + 1)].map(|(state, column)| report::Imposed {
+            name: model.state_name(state).to_owned(),
+            unit: model.state_unit(state),
+            values: observed.command(column),
+        }))
+    };
+    let all = || model.imposed().filter_map(of).flatten().collect();
+    match output.of {
+        Measured::Force(c) => of(c).into_iter().flatten().collect(),
+        Measured::Output(_) => all(),
+        Measured::State(_) | Measured::Input(_) => vec![],
+    }
+}

@@ -1,0 +1,38 @@
+"""Find the physics that a simulator leaves out.
+
+A model says ``M(q) q'' = F(q, q', u; p)``, the machine obeys ``... + r``, and Lacuna finds r: where it
+acts, which physics it is, with numbers and units.
+
+>>> import lacuna
+>>> model = lacuna.Model.from_toml("model.toml")                                    # doctest: +SKIP
+>>> runs = [lacuna.Recording(df, time="t", units={"q1": "deg"}) for df in frames]   # doctest: +SKIP
+>>> d = lacuna.diagnose(model, runs)                                                # doctest: +SKIP
+>>> d.verdict, d.findings                                                           # doctest: +SKIP
+>>> d.report("report.html")                                                         # doctest: +SKIP
+"""
+
+from ._diagnosis import Diagnosis, Estimate, Finding, Rival, diagnose
+from ._identifier import Identifier
+from ._lacuna import LacunaError
+from ._model import Model, Parameter
+from ._recording import Recording
+from ._runs import Check, Comparison, Simulation, check, compare, simulate
+
+__all__ = [
+    "Check",
+    "Comparison",
+    "Diagnosis",
+    "Estimate",
+    "Finding",
+    "Identifier",
+    "LacunaError",
+    "Model",
+    "Parameter",
+    "Recording",
+    "Rival",
+    "Simulation",
+    "check",
+    "compare",
+    "diagnose",
+    "simulate",
+]

@@ -1,0 +1,276 @@
+"""Models: what a simulator believes of a machine."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _lacuna
+from ._equations import Equations
+from ._lacuna import LacunaError
+
+if TYPE_CHECKING:
+    from ._runs import Simulation
+
+#: A function of states ``(batch, 2 n + s)``, inputs ``(batch, m)``, parameters ``(batch, k)`` and times
+#: ``(batch,)``.
+Function = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a model, and the standard deviation of what is believed of it."""
+
+    value: float
+    std: float
+    unit: str
+
+
+class Model:
+    """What is believed of a machine; made by `from_toml`, `from_urdf`, `from_mjcf`, `from_function` or
+    `from_json`."""
+
+    def __init__(self, own: _lacuna.Model) -> None:
+        self._own = own
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str]) -> Model:
+        """Read a model file of equations, or one that names a robot's own file.
+
+        Parameters
+        ----------
+        path : path
+            The TOML file.
+
+        Raises
+        ------
+        LacunaError
+            With the file, line and column, and what was expected there.
+        """
+        return cls(_lacuna.Model.read(path))
+
+    @classmethod
+    def from_urdf(cls, path: str | os.PathLike[str]) -> Model:
+        """Read a robot from its URDF, all that it does not say as where a model file does not."""
+        return cls(_lacuna.Model.read(path))
+
+    @classmethod
+    def from_mjcf(cls, path: str | os.PathLike[str]) -> Model:
+        """Read a robot from its MJCF, all that it does not say as where a model file does not."""
+        return cls(_lacuna.Model.read(path))
+
+    @classmethod
+    def from_json(cls, path: str | os.PathLike[str]) -> Model:
+        """Read a model that was identified (``lacuna identify``, `Identifier.save`): it can be simulated and
+        compared."""
+        return cls(_lacuna.Model.read_any(path))
+
+    @classmethod
+    def from_function(
+        cls,
+        rates: Function,
+        *,
+        coordinates: Mapping[str, tuple[str, str] | tuple[str, str, str]] | None = None,
+        states: Mapping[str, str] | None = None,
+        inputs: Mapping[str, str] | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        mass: Function | None = None,
+        measurements: Mapping[str, tuple[str, str]] | None = None,
+        name: str = "model",
+        time: str = "t",
+        input_hold: str = "zero-order",
+        as_equations: bool = True,
+    ) -> Model:
+        """Take a function for the equations of motion.
+
+        With n coordinates q, velocities v, s first-order states x, m inputs u and k parameters p it is called as
+        ``rates(z, u, p, t)`` with arrays of one row a point: states ``(batch, 2 n + s)`` in the order (q, v, x),
+        inputs ``(batch, m)``, parameters ``(batch, k)`` and times ``(batch,)``, each in the order in which they are
+        declared. It depends on nothing else. It gives n accelerations and s rates: an array ``(batch, n + s)``, or
+        a tuple of n + s arrays ``(batch,)``.
+
+        The function says nothing of inertia, so effects that are found are accelerations; with `mass` they are
+        forces.
+
+        A function of nothing but arithmetic and NumPy's elementary functions (``sin``, ``tanh``, ``maximum`` ...) is
+        read as equations, by calling it with symbols in the place of numbers, and checked against itself: then a
+        diagnosis is that of a model file, with exact derivatives. Any other (it branches on numbers, looks up a
+        table, solves, writes into arrays of numbers) is called for every step of every simulation. Its derivatives
+        are differences, all those at a point by one call, and a diagnosis says how large their error was; it takes
+        tens of times as long.
+
+        Parameters
+        ----------
+        rates : callable
+            Accelerations and rates; with `mass` generalised forces and rates.
+        coordinates : mapping, optional
+            Of every second-order coordinate the name of its velocity and its unit, and perhaps the unit of its
+            force: ``{"theta": ("omega", "rad")}``.
+        states : mapping, optional
+            Unit of every first-order state.
+        inputs : mapping, optional
+            Unit of every input.
+        parameters : mapping, optional
+            Of every parameter its value, or ``{"value": 0.12, "unit": "kg m^2", "tolerance": 0.1}`` with the
+            standard deviation of what is believed, relative (`tolerance`) or in the unit (`std`); 0 or absent is
+            known exactly.
+        mass : callable, optional
+            The mass matrix ``(batch, n, n)``, called as `rates` is.
+        measurements : mapping, optional
+            Of columns that are not called as what they measure, what they measure and their unit:
+            ``{"angle_deg": ("theta", "deg")}``.
+        name : str
+            What results call the model.
+        time : str
+            Column of time in recordings.
+        input_hold : {"zero-order", "linear", "band-limited"}
+            What inputs do between samples.
+        as_equations : bool
+            Whether to read the function as equations where it can be.
+
+        Raises
+        ------
+        LacunaError
+            Names that are none or stand for two things, values out of range, results of another shape.
+        """
+        second = {key: tuple(value) for key, value in (coordinates or {}).items()}
+        first = dict(states or {})
+        described = {
+            "name": name,
+            "coordinates": [(key, *(*value, None)[:3]) for key, value in second.items()],
+            "states": list(first.items()),
+            "inputs": list((inputs or {}).items()),
+            "parameters": [_parameter(key, value) for key, value in (parameters or {}).items()],
+            "measurements": [(key, *value) for key, value in (measurements or {}).items()],
+            "time": time,
+            "input_hold": input_hold,
+        }
+        n = len(second)
+        batched = _batched(rates, "rates", (n + len(first),))
+        weighed = None if mass is None else _batched(mass, "mass", (n, n))
+        own = _lacuna.Model.from_function(batched, weighed, described)
+        return cls((as_equations and _as_equations(own, batched, weighed, described)) or own)
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._own.name
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Parameters by name."""
+        return {name: Parameter(value, std, unit) for name, value, unit, std in self._own.parameters}
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """Unit of every input."""
+        return dict(self._own.inputs)
+
+    @property
+    def states(self) -> dict[str, str]:
+        """Unit of every coordinate, velocity and first-order state, in this order."""
+        return dict(self._own.states)
+
+    @property
+    def effects(self) -> list[tuple[str, str]]:
+        """Effects of the catalogue in it: class and channel."""
+        return self._own.effects
+
+    def to_toml(self) -> str:
+        """The model as text. The equations of a function are no text: then its parameters and effects."""
+        return self._own.text()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write `to_toml` to a file."""
+        Path(path).write_text(self.to_toml(), encoding="utf-8")
+
+    def simulate(
+        self, recording: Any, horizon: float | None = None, warmup: int = 50
+    ) -> Simulation:
+        """Run it on a recording's inputs: see `lacuna.simulate`."""
+        from ._runs import simulate
+
+        return simulate(self, recording, horizon, warmup)
+
+    def __repr__(self) -> str:
+        states, inputs = ", ".join(self.states), ", ".join(self.inputs)
+        effects = "".join(f", {of} on {channel}" for of, channel in self.effects)
+        return f"<Model {self.name}: {states}; driven by {inputs or 'nothing'}{effects}>"
+
+
+def as_model(model: Any) -> Model:
+    """All that may stand for a model: one, or the path of its file."""
+    return model if isinstance(model, Model) else Model.from_json(model)
+
+
+def _parameter(name: str, said: Any) -> tuple[str, float, str, float | None, float | None]:
+    if not isinstance(said, Mapping):
+        return name, float(said), "", None, None
+    unknown = set(said) - {"value", "unit", "tolerance", "std"}
+    if unknown or "value" not in said:
+        raise LacunaError(
+            f"parameter '{name}': expected value, unit, tolerance or std; found {', '.join(map(str, said))}"
+        )
+    return name, said["value"], said.get("unit", ""), said.get("tolerance"), said.get("std")
+
+
+def _batched(function: Function, what: str, shape: tuple[int, ...]) -> Function:
+    """The function, what it gives brought into the shape that is expected, or refused."""
+
+    def call(
+        z: npt.NDArray[np.float64],
+        u: npt.NDArray[np.float64],
+        p: npt.NDArray[np.float64],
+        t: npt.NDArray[np.float64],
+    ) -> npt.NDArray[np.float64]:
+        given = function(z, u, p, t)
+        expected = (len(t), *shape)
+        if isinstance(given, tuple):
+            given = np.stack([np.broadcast_to(one, len(t)) for one in given], axis=-1)
+        # Symbols stay what they are.
+        values = np.ascontiguousarray(given, dtype=object if z.dtype == object else np.float64)
+        if values.shape != expected:
+            raise LacunaError(
+                f"{what} must give an array of shape {expected}, a row for each of {len(t)} points; found "
+                f"{values.shape}"
+            )
+        return values
+
+    return call
+
+
+def _as_equations(
+    own: _lacuna.Model, rates: Function, mass: Function | None, described: dict[str, Any]
+) -> _lacuna.Model | None:
+    """The same model as equations; none where the functions are no such, or these are not the same."""
+    points = _some_points(described)
+    try:
+        text = Equations(described).text(rates, mass, own.force_units)
+        equations = _lacuna.Model.of_text(text, described["name"])
+        with np.errstate(all="ignore"):
+            one, other = own.rates(*points), equations.rates(*points)
+    except Exception:
+        # Whatever a function makes of symbols, or of the points: it stays a function.
+        return None
+    return equations if np.allclose(one, other, rtol=1e-9, atol=1e-12, equal_nan=True) else None
+
+
+def _some_points(described: dict[str, Any]) -> tuple[npt.NDArray[np.float64], ...]:
+    """States, inputs, parameters and times on which a function and its equations are compared."""
+    rng = np.random.default_rng(0)
+    width = 2 * len(described["coordinates"]) + len(described["states"])
+    nominal = np.array([p[1] for p in described["parameters"]], dtype=np.float64)
+    count = 64
+    scale = 10.0 ** rng.uniform(-2.0, 1.0, (count, 1))
+    return (
+        scale * rng.standard_normal((count, width)),
+        scale * rng.standard_normal((count, len(described["inputs"]))),
+        nominal * rng.uniform(0.8, 1.2, (count, len(nominal))),
+        10.0 * rng.uniform(size=count),
+    )

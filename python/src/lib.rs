@@ -1,0 +1,39 @@
+//! The compiled part of the Python package `lacuna`: what the commands do, for arrays in memory.
+//!
+//! | Python | here | of the library |
+//! | --- | --- | --- |
+//! | `Recording` | `recording` | [`lacuna::recordings`] |
+//! | `Model`, a function as one | `model`, `function` | [`lacuna::models`], [`lacuna::plants`] |
+//! | `diagnose` | `diagnosis`, `waiting` | [`lacuna::diagnosed`] |
+//! | `simulate`, `compare`, `check` | `runs` | [`lacuna::simulation`], [`lacuna::comparison`], [`lacuna::check`] |
+//! | `Identifier` | `identification` | [`lacuna::occupation`] |
+//!
+//! Results cross as JSON, which they are written as anyhow; series cross as arrays.
+
+mod diagnosis;
+mod error;
+mod function;
+mod identification;
+mod model;
+mod recording;
+mod runs;
+mod waiting;
+
+use pyo3::prelude::*;
+
+/// What `lacuna` stands on; not to be imported by others.
+#[pymodule]
+mod _lacuna {
+    #[pymodule_export]
+    use crate::diagnosis::{Diagnosis, diagnose};
+    #[pymodule_export]
+    use crate::error::LacunaError;
+    #[pymodule_export]
+    use crate::identification::{Identified, identify};
+    #[pymodule_export]
+    use crate::model::Model;
+    #[pymodule_export]
+    use crate::recording::Recording;
+    #[pymodule_export]
+    use crate::runs::{Comparison, check, compare, simulate};
+}

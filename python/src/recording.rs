@@ -1,0 +1,158 @@
+//! Recordings: a file, or columns in memory.
+
+use crate::error::told;
+use lacuna::discrepancy::DiagnoseError;
+use lacuna::models::AnyModel;
+use lacuna::recordings::{self, Column, RecordingError, RecordingSource, Unit, UnitError, convert};
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+
+/// One recording: a file or a part of one, or columns.
+#[pyclass(frozen, module = "lacuna._lacuna")]
+pub struct Recording {
+    from: Source,
+    /// Column of time; that of the model where it is not said.
+    time: Option<String>,
+    /// Units of columns, where they are not those that the model says.
+    units: BTreeMap<String, String>,
+    name: Option<String>,
+}
+
+/// Where it comes from.
+enum Source {
+    File(RecordingSource),
+    Columns(Vec<Column>),
+}
+
+#[pymethods]
+impl Recording {
+    /// A recording from a file, read when it is used.
+    #[staticmethod]
+    fn of_file(
+        file: &str,
+        time: Option<String>,
+        units: BTreeMap<String, String>,
+        name: Option<String>,
+    ) -> PyResult<Self> {
+        let from = Source::File(file.parse().map_err(told)?);
+        Ok(Self { from, time, units, name })
+    }
+
+    /// A recording from columns, which are copied.
+    #[staticmethod]
+    fn of_columns(
+        columns: Vec<(String, PyReadonlyArray1<'_, f64>)>,
+        time: Option<String>,
+        units: BTreeMap<String, String>,
+        name: Option<String>,
+    ) -> Self {
+        let column = |(name, values): (String, PyReadonlyArray1<'_, f64>)| Column {
+            name,
+            values: values.as_array().to_vec(),
+        };
+        let from = Source::Columns(columns.into_iter().map(column).collect());
+        Self { from, time, units, name }
+    }
+
+    /// Its name, where it has one.
+    #[getter]
+    fn name(&self) -> Option<String> {
+        match &self.from {
+            Source::File(source) => Some(self.name.clone().unwrap_or_else(|| source.name())),
+            Source::Columns(_) => self.name.clone(),
+        }
+    }
+
+    /// Names of its columns; none of a file, which is not read yet.
+    #[getter]
+    fn columns(&self) -> Option<Vec<String>> {
+        match &self.from {
+            Source::File(_) => None,
+            Source::Columns(columns) => Some(columns.iter().map(|c| c.name.clone()).collect()),
+        }
+    }
+}
+
+impl Recording {
+    /// The recording as a model takes it, its columns in the units that the model says; it is the
+    /// `number`-th, which names one without a name.
+    pub fn read(
+        &self,
+        model: &AnyModel,
+        number: usize,
+    ) -> Result<recordings::Recording, DiagnoseError> {
+        let time = self.time.as_deref().unwrap_or_else(|| model.time_column());
+        let mut recording = self.in_own_units(time, number)?;
+        for (column, unit) in &self.units {
+            self.convert(&mut recording, (column, unit), (model, time))?;
+        }
+        Ok(recording)
+    }
+
+    fn in_own_units(
+        &self,
+        time: &str,
+        number: usize,
+    ) -> Result<recordings::Recording, RecordingError> {
+        let mut recording = match &self.from {
+            Source::File(source) => recordings::read(source, time)?,
+            Source::Columns(columns) => {
+                let name = format!("recording {number}");
+                let name = self.name.as_deref().unwrap_or(&name);
+                recordings::Recording::from_columns(name, columns.clone(), time)?
+            }
+        };
+        if let Some(name) = &self.name {
+            recording.name.clone_from(name);
+        }
+        Ok(recording)
+    }
+
+    /// Bring a column from its own unit to that in which the model takes it.
+    fn convert(
+        &self,
+        recording: &mut recordings::Recording,
+        (column, unit): (&str, &str),
+        (model, time): (&AnyModel, &str),
+    ) -> Result<(), DiagnoseError> {
+        let name = recording.name.clone();
+        let in_unit = |values: &[f64], to: &str| {
+            converted(values, unit, to).map_err(|source| DiagnoseError::Unit {
+                recording: name.clone(),
+                column: column.to_owned(),
+                source: Box::new(source),
+            })
+        };
+        if column == time {
+            recording.time = in_unit(&recording.time, "s")?;
+            return Ok(());
+        }
+        let own = recording.column(column)?;
+        // What no model says the unit of is taken as it was recorded.
+        let AnyModel::Equations(equations) = model else { return Ok(()) };
+        let Some(to) = equations.column_unit(column) else { return Ok(()) };
+        let values = in_unit(own, &to)?;
+        for own in recording.columns.iter_mut().filter(|c| c.name == column) {
+            own.values.clone_from(&values);
+        }
+        Ok(())
+    }
+}
+
+fn converted(values: &[f64], from: &str, to: &str) -> Result<Vec<f64>, UnitError> {
+    if from == to {
+        return Ok(values.to_vec());
+    }
+    convert(values, &Unit::parse(from)?, &Unit::parse(to)?)
+}
+
+/// All recordings as a model takes them, numbered from `first`.
+pub fn read_all(
+    all: &[Py<Recording>],
+    model: &AnyModel,
+    first: usize,
+) -> PyResult<Vec<recordings::Recording>> {
+    let read = |(k, r): (usize, &Py<Recording>)| r.get().read(model, first + k).map_err(told);
+    all.iter().enumerate().map(read).collect()
+}

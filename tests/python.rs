@@ -1,0 +1,58 @@
+//! The Python package, built and installed as its users do it, and its own tests.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// What the package's tests import, and what builds it.
+const NEEDED: [&str; 6] = ["maturin", "pytest", "pandas", "polars", "pyarrow", "scikit-learn"];
+
+fn run(program: &Path, arguments: &[&str]) -> Option<Output> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    Command::new(program)
+        .args(arguments)
+        .current_dir(root)
+        // What was built for the tests of Rust is not built again.
+        .env("CARGO_TARGET_DIR", target())
+        .env("MATURIN_PEP517_ARGS", "--profile dev")
+        .env("LACUNA", env!("CARGO_BIN_EXE_lacuna"))
+        .output()
+        .ok()
+}
+
+/// The folder of what is built.
+fn target() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("..")
+}
+
+fn succeeds(program: &Path, arguments: &[&str]) -> bool {
+    run(program, arguments).is_some_and(|output| output.status.success())
+}
+
+/// What must succeed.
+fn must(program: &Path, arguments: &[&str]) -> String {
+    let output = run(program, arguments).expect("it was run before");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}:\n{said}\n{errors}");
+    said
+}
+
+#[test]
+fn the_package_installs_and_passes_its_tests() {
+    let folder = tempfile::tempdir().unwrap();
+    let environment = folder.path().join("venv");
+    if !succeeds(Path::new("python3"), &["-m", "venv", &environment.to_string_lossy()]) {
+        eprintln!("skipped: no python3 with venv");
+        return;
+    }
+    let binaries = if cfg!(windows) { "Scripts" } else { "bin" };
+    let python = environment.join(binaries).join("python");
+    let install = ["-m", "pip", "install", "-q", "--only-binary", ":all:"];
+    if !succeeds(&python, &[&install[..], &NEEDED].concat()) {
+        eprintln!("skipped: pip cannot install {}", NEEDED.join(", "));
+        return;
+    }
+    must(&python, &["-m", "pip", "install", "-q", "./python"]);
+    let said = must(&python, &["-m", "pytest", "-q", "-p", "no:cacheprovider", "python/tests"]);
+    println!("{said}");
+}
