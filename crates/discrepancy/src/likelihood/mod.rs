@@ -19,7 +19,7 @@
 //! | windows of level l: 2^l a recording | [`windows`] |
 //! | theta, theta_0, S | [`Free`], [`Hypothesis`] |
 //! | derivatives of the outputs | [`sweep`] (dual numbers through the Runge-Kutta steps) |
-//! | normal equations without the states | [`normal::Arrow`] |
+//! | normal equations without the states, a step within bounds | [`normal::Arrow`], `boxed` |
 //! | x_w, theta at the optimum, H | [`Fit`] |
 //! | what drives the machine, sigma_u, sigma_w | [`ProcessNoise`], [`intensity`] |
 //! | innovations z, gains G, covariance P | [`Filter`] |
