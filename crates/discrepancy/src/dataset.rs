@@ -11,7 +11,7 @@ use lacuna_plants::{Hold, Model};
 pub use lacuna_recordings::Cleaned;
 use lacuna_recordings::{
     Gap, InputHold, NoiseEstimate, Prior, Recording, RecordingSource, Sampling, Smoother,
-    Trajectory as Path, Unit, condition, convert, resample_input,
+    Trajectory as Path, Unit, condition, convert, lost_input_variance, resample_input,
 };
 
 /// A measured output of the machine.
@@ -39,8 +39,21 @@ pub struct Observed {
     pub outputs: Vec<Vec<f64>>,
     /// Number of rows that were dropped.
     pub dropped: usize,
+    /// Inputs that nobody recorded, because their rows were dropped.
+    pub lost: Vec<LostInput>,
     /// What was done to each output; none for recordings that are taken as they are.
     pub cleaned: Vec<Cleaned>,
+}
+
+/// An input of a dropped row: it was on the straight line between its neighbours, or near it.
+#[derive(Clone, Copy, Debug)]
+pub struct LostInput {
+    /// The row.
+    pub row: usize,
+    /// The input.
+    pub input: usize,
+    /// Standard deviation.
+    pub sd: f64,
 }
 
 impl Observed {
@@ -77,6 +90,12 @@ impl Observed {
             commands: self.commands[range.start * m..range.end * m].to_vec(),
             outputs: self.outputs.iter().map(|y| y[range.clone()].to_vec()).collect(),
             dropped: range.clone().filter(missing).count(),
+            lost: self
+                .lost
+                .iter()
+                .filter(|l| range.contains(&l.row))
+                .map(|l| LostInput { row: l.row - range.start, ..*l })
+                .collect(),
             cleaned,
         }
     }
@@ -432,7 +451,7 @@ fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, Di
     let rows = sampling.positions(r.len());
     let m = used.iter().filter(|u| matches!(u.of, Measured::Input(_))).count();
     let mut commands = vec![0.0; times.len() * m];
-    let mut outputs = Vec::new();
+    let (mut outputs, mut lost) = (vec![], vec![]);
     for u in used {
         let values = in_model_units(u, r.column(&u.column)?, &r.name)?;
         let Measured::Input(j) = u.of else {
@@ -443,17 +462,21 @@ fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, Di
             outputs.push(series);
             continue;
         };
-        let filled = resample_input(&r.time, &values, &times, hold).map_err(|source| {
+        let failed = |source| {
             let (recording, channel) = (r.name.clone(), u.name.clone());
             DiagnoseError::Signal { recording, channel, source }
-        })?;
+        };
+        let filled = resample_input(&r.time, &values, &times, hold).map_err(failed)?;
         for (k, value) in filled.into_iter().enumerate() {
             commands[k * m + j] = value;
         }
+        let variance = lost_input_variance(&r.time, &values, &times).map_err(failed)?;
+        let rows = variance.into_iter().enumerate().filter(|(_, variance)| *variance > 0.0);
+        lost.extend(rows.map(|(row, variance)| LostInput { row, input: j, sd: variance.sqrt() }));
     }
     let dropped = times.len() - r.len();
     let cleaned = vec![Cleaned::default(); outputs.len()];
-    Ok(Observed { name: r.name.clone(), times, commands, outputs, dropped, cleaned })
+    Ok(Observed { name: r.name.clone(), times, commands, outputs, dropped, lost, cleaned })
 }
 
 /// Conditions an output in all recordings; returns its noise.

@@ -2,6 +2,7 @@
 
 use crate::sampling::Sampling;
 use crate::signal::{SignalError, check_pairs};
+use std::collections::HashMap;
 
 /// What an input does between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,6 +56,58 @@ pub fn resample_input(
         }
     };
     Ok(grid.iter().map(value).collect())
+}
+
+/// Longest run of dropped rows whose values are told by their neighbours; in a longer one nothing is known of
+/// an input but how it varies at all.
+const NEAR: usize = 16;
+
+/// How wrong [`resample_input`] may be at the times of dropped rows, on average: the mean square error of the
+/// same straight line across as many rows that were recorded. 0 at recorded times.
+///
+/// # Errors
+/// As [`resample_input`].
+pub fn lost_input_variance(
+    time: &[f64],
+    values: &[f64],
+    grid: &[f64],
+) -> Result<Vec<f64>, SignalError> {
+    check_pairs(time, values)?;
+    let sampling = Sampling::of(time);
+    let positions = sampling.positions(time.len());
+    let mut all = vec![f64::NAN; positions.last().map_or(0, |last| last + 1)];
+    positions.iter().zip(values).for_each(|(at, value)| all[*at] = *value);
+    let mut known: HashMap<(usize, usize), f64> = HashMap::new();
+    let mut variance = vec![0.0; grid.len()];
+    let recorded: Vec<usize> = (0..all.len()).filter(|k| !all[*k].is_nan()).collect();
+    for ends in recorded.windows(2).filter(|ends| ends[1] > ends[0] + 1) {
+        let width = ends[1] - ends[0];
+        for after in 1..width {
+            let own = known.entry((width, after)).or_insert_with(|| line_error(&all, width, after));
+            if let Some(variance) = variance.get_mut(ends[0] + after) {
+                *variance = *own;
+            }
+        }
+    }
+    Ok(variance)
+}
+
+/// Mean square error, so many rows after its beginning, of a straight line across a stretch of so many steps of
+/// recorded rows.
+fn line_error(all: &[f64], width: usize, after: usize) -> f64 {
+    if width > NEAR {
+        let present: Vec<f64> = all.iter().copied().filter(|v| !v.is_nan()).collect();
+        let mean = present.iter().sum::<f64>() / present.len().max(1) as f64;
+        return mean_square(present.iter().map(|v| v - mean));
+    }
+    let share = after as f64 / width as f64;
+    let error = |w: &[f64]| w[after] - w[0] - share * (w[width] - w[0]);
+    mean_square(all.windows(width + 1).map(error).filter(|e| !e.is_nan()))
+}
+
+fn mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0), |(sum, count), v| (sum + v * v, count + 1));
+    sum / f64::from(count.max(1))
 }
 
 /// A recorded value, and where its row stands among all rows, dropped ones included.
@@ -120,6 +173,34 @@ mod tests {
         for (found, expected) in drawn.iter().zip([2.0, 2.5, 3.5, 4.5]) {
             assert!((found - expected).abs() < 1e-12);
         }
+    }
+
+    /// Of white noise of variance 1 a line between two neighbours misses the value between them by a
+    /// variance of 1 + 1/2; of a straight line it misses nothing.
+    #[test]
+    fn what_is_lost_is_as_uncertain_as_it_is_elsewhere() {
+        let rows: Vec<usize> = (0..4000).filter(|k| k % 50 != 7).collect();
+        let time: Vec<f64> = rows.iter().map(|k| *k as f64).collect();
+        let grid: Vec<f64> = (0..4000).map(f64::from).collect();
+        // The golden ratio's multiples are spread evenly, and neighbours far apart.
+        let even = |k: usize| (k as f64 * k as f64 * 0.618_033_988_749_895).fract() - 0.5;
+        let noise: Vec<f64> = rows.iter().map(|k| even(*k) * 12f64.sqrt()).collect();
+        let variance = lost_input_variance(&time, &noise, &grid).unwrap();
+        for (k, v) in variance.iter().enumerate() {
+            if k % 50 == 7 {
+                assert!((v - 1.5).abs() < 0.1, "{k}: {v}");
+            } else {
+                assert_eq!(*v, 0.0);
+            }
+        }
+        let straight = lost_input_variance(&time, &time, &grid).unwrap();
+        assert!(straight.iter().all(|v| *v < 1e-20));
+        // Of a long gap nothing is known.
+        let rows: Vec<usize> = (0..4000).filter(|k| !(100..200).contains(k)).collect();
+        let time: Vec<f64> = rows.iter().map(|k| *k as f64).collect();
+        let noise: Vec<f64> = rows.iter().map(|k| even(*k) * 12f64.sqrt()).collect();
+        let variance = lost_input_variance(&time, &noise, &grid).unwrap();
+        assert!((variance[150] - 1.0).abs() < 0.1 && variance[99] == 0.0 && variance[200] == 0.0);
     }
 
     #[test]

@@ -56,7 +56,7 @@ mod unwrap;
 pub use crate::csv::{Csv, write_csv, write_csv_with_time};
 pub use conditioning::{Cleaned, condition, conditioning_notes, in_samples};
 pub use error::RecordingError;
-pub use hold::{InputHold, resample_input};
+pub use hold::{InputHold, lost_input_variance, resample_input};
 pub use noise::{NoiseEstimate, estimate_noise, estimate_noise_pooled};
 pub use outliers::{Outliers, find_outliers};
 pub use reader::{READERS, Reader, read};

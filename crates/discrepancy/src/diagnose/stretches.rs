@@ -81,7 +81,8 @@ mod tests {
         let mut series: Vec<f64> = times.iter().map(|t| t.sin()).collect();
         series[peak] = 9.0;
         let (name, commands) = ("run".to_owned(), vec![0.0; samples]);
-        Observed { name, times, commands, outputs: vec![series], dropped: 0, cleaned: vec![] }
+        let (lost, cleaned) = (vec![], vec![]);
+        Observed { name, times, commands, outputs: vec![series], dropped: 0, lost, cleaned }
     }
 
     fn dataset(recordings: Vec<Observed>) -> Dataset {

@@ -286,6 +286,12 @@ impl Sums {
         self.gradient += gradient - states.tr_mul(&local.rest);
     }
 
+    /// What all columns are expected to move in squares, each by an amplitude `N(0, 1)` of its own, and the
+    /// variance of that.
+    pub(super) fn squares(&self) -> (f64, f64) {
+        (self.own.trace(), 2.0 * self.own.norm_squared())
+    }
+
     /// Those of one term.
     pub(super) fn of(&self, first: usize, each: usize) -> Amplitudes {
         Amplitudes {

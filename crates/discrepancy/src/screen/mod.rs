@@ -19,6 +19,7 @@
 mod columns;
 mod curves;
 mod local;
+mod lost;
 mod structure;
 mod surface;
 

@@ -18,6 +18,8 @@ pub(super) struct Look {
     pub curves: Vec<Scored>,
     /// Nats that the best candidate or free curve promises, whether it may be named or not.
     pub promise: f64,
+    /// Mean square by which inputs that were lost move predictions, in units of the noise.
+    pub blur: f64,
 }
 
 /// A candidate fitted in the place of the next effect.
@@ -74,7 +76,7 @@ impl<'p> Search<'p> {
         }
         let best = tried.first()?;
         let share = if further { decision.further_share } else { decision.share };
-        if !settles(decision, base, &best.fit, share) {
+        if !settles(decision, (base, &best.fit), share, look.blur) {
             return None;
         }
         let leads = if further { self.leads_over_remainders(base, best, look)? } else { vec![] };
@@ -178,7 +180,8 @@ impl<'p> Search<'p> {
         let all = shortlist.iter().chain(&excluded).chain(&curves);
         let promise = all.map(|s| s.gain).fold(0.0, f64::max);
         curves.retain(|s| self.scope.admits(self.problem.model, &s.term.candidate));
-        Look { shortlist, curves, promise }
+        let blur = screen.blurred_by_lost_inputs();
+        Look { shortlist, curves, promise, blur }
     }
 
     /// Fit each of a shortlist on top of a fit: all of them in short windows, and those that can
@@ -292,7 +295,29 @@ impl<'p> Search<'p> {
             return close;
         }
         rank(&mut long);
+        self.prefer_measured(&mut long);
         long
+    }
+
+    /// Put first what acts on a channel that is measured, where it is as good as what acts on a hidden one: a
+    /// constant force and what moves a hidden state before it are the same but for the beginning.
+    fn prefer_measured(&self, ranked: &mut [Tried<'p>]) {
+        let temperature = common_temperature(ranked.iter().map(|t| &t.fit));
+        let measured = |t: &Tried| self.is_measured(&t.candidate);
+        let evidence = |t: &Tried| t.fit.log_evidence(temperature);
+        let Some(best) = ranked.first() else { return };
+        let least = evidence(best) - self.decision.tie;
+        let equal = |t: &Tried| measured(t) && evidence(t) > least;
+        if let (false, Some(k)) = (measured(best), ranked.iter().position(equal)) {
+            ranked[..=k].rotate_right(1);
+        }
+    }
+
+    /// Whether something measures the channel that a force acts on.
+    fn is_measured(&self, c: &Candidate) -> bool {
+        let state = self.problem.model.coordinate_index(c.channel);
+        let measured = || self.problem.dataset.output_of_state(state).is_some();
+        !matches!(c.effect.law, Law::Force(_)) || measured()
     }
 }
 
@@ -336,11 +361,17 @@ pub(super) fn rank(tried: &mut [Tried]) -> f64 {
 /// physics.
 ///
 /// What changes predictions by less than a twentieth of the noise settles nothing, however many
-/// samples make it significant: integrators, clocks and rounding do as much.
-pub(super) fn settles(decision: &Decision, before: &Fit, after: &Fit, share: f64) -> bool {
+/// samples make it significant: integrators, clocks and rounding do as much. Nor does what changes them by
+/// no more than the inputs that were lost with dropped rows (`blur`).
+pub(super) fn settles(
+    decision: &Decision,
+    (before, after): (&Fit, &Fit),
+    share: f64,
+    blur: f64,
+) -> bool {
     let (excess, left) = (before.excess().max(0.0), after.excess());
     let drop = before.excess() - left;
-    drop > decision.relevant && (left < decision.noise - 1.0 || drop > share * excess)
+    drop > decision.relevant.max(blur) && (left < decision.noise - 1.0 || drop > share * excess)
 }
 
 /// Whether a term may be worth far more than the screening says. There parameters move freely, and those of

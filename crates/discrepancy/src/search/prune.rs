@@ -123,7 +123,7 @@ impl<'p> Search<'p> {
             return parametric;
         }
         let Some(curve) = self.best_curve(base, look) else { return parametric };
-        self.curve_instead(base, &parametric, curve).unwrap_or(parametric)
+        self.curve_instead(base, &parametric, curve, look.blur).unwrap_or(parametric)
     }
 
     /// The catalogue's first effect where it leaves nothing but noise or a free curve does not do
@@ -142,19 +142,20 @@ impl<'p> Search<'p> {
         if curve.excess() > noise - 1.0 || curve.windowed.level > first.fit.windowed.level {
             return (first, false);
         }
-        match self.curve_instead(base, &first, curve) {
+        match self.curve_instead(base, &first, curve, look.blur) {
             Some(path) => (path, true),
             None => (first, false),
         }
     }
 
     /// A path that begins with a curve, or with what it is spelled as, where the curve beats a
-    /// path without.
+    /// path without. Lost inputs move predictions by a mean square of `blur`.
     fn curve_instead(
         &self,
         base: &Fit<'p>,
         parametric: &Path<'p>,
         curve: Fit<'p>,
+        blur: f64,
     ) -> Option<Path<'p>> {
         let level = parametric.fit.windowed.level.max(curve.windowed.level);
         let at = |fit: &Fit<'p>| {
@@ -171,7 +172,7 @@ impl<'p> Search<'p> {
         }
         // What they leave is measured by the same noise.
         let alike = learned.driven_by(named.noise.clone(), QUICK).ok()?;
-        if !settles(&self.decision, &named, &alike, self.decision.share)
+        if !settles(&self.decision, (&named, &alike), self.decision.share, blur)
             || !worth_a_curve(&self.decision, &named, &alike)
         {
             return None;

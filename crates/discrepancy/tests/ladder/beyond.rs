@@ -3,7 +3,7 @@
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, diagnosed};
 use lacuna_discrepancy::diagnose::{Options, diagnose, split};
-use lacuna_discrepancy::diagnosis::{ProofOutcome, Verdict};
+use lacuna_discrepancy::diagnosis::{Finding, ProofOutcome, Verdict};
 use lacuna_discrepancy::{Dataset, DiagnoseError, Watch};
 use lacuna_recordings::Recording;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -77,6 +77,45 @@ fn a_first_order_state_may_be_hidden() {
     assert_eq!(d.verdict, Verdict::MissingPhysics);
     assert_eq!(d.findings[0].channel, "h2", "{:?}", d.findings);
     assert_eq!(d.data.unmeasured, ["h1"]);
+}
+
+/// A rotor that tilts a rod, its thrust late and not measured: a constant torque on the rod and a constant thrust
+/// move it alike but for the beginning.
+const ROTOR: &str = r#"
+name = "rotor"
+[parameters]
+J = { value = 0.0177, unit = "kg m^2", tolerance = 0.1 }
+d = { value = 0.08, unit = "N m s/rad", tolerance = 0.2 }
+k = { value = 0.4, unit = "N m/rad", tolerance = 0.05 }
+lag = { value = 0.07, unit = "s", tolerance = 0.1 }
+[[input]]
+name = "command"
+unit = "N"
+[[coordinate]]
+name = "pitch"
+velocity = "rate"
+unit = "rad"
+[[state]]
+name = "thrust"
+unit = "N"
+derivative = "(command - thrust)/lag"
+[mechanics]
+mass = [["J"]]
+force = ["0.233*thrust - d*rate - k*pitch"]
+"#;
+
+#[test]
+fn what_acts_on_a_hidden_state_is_supposed_only_where_nothing_measured_will_do() {
+    let bench = Bench { text: ROTOR, amplitude: (0.2, 0.8), start: 0.0, ..ON_PENDULUM };
+    let effect = "[[effect]]\nclass = \"constant_force\"\nchannel = \"pitch\"\nforce = -0.05";
+    let mut recordings = bench.record(&bench.truth(effect), 96, 4);
+    recordings.iter_mut().for_each(|r| r.columns.retain(|c| c.name != "thrust"));
+    let d = diagnosed(&bench.model(), &recordings).diagnosis;
+    assert_eq!(d.data.unmeasured, ["thrust"]);
+    let named = |f: &Finding| (f.class.clone(), f.channel.clone());
+    let found: Vec<_> = d.findings.iter().map(named).collect();
+    assert_eq!(found, [("constant_force".to_owned(), "pitch".to_owned())]);
+    assert!(d.findings[0].alternatives.iter().any(|a| a.channel == "thrust"));
 }
 
 #[test]

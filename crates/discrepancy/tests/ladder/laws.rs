@@ -3,6 +3,7 @@
 use crate::findings::{conceal, names};
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnosis::Verdict;
+use lacuna_plants::Model;
 
 /// An entry of a model file.
 fn effect(class: &str, channel: &str, numbers: &str) -> String {
@@ -67,6 +68,22 @@ fn a_damper_whose_loop_stiffens() {
     let truth = effect("hysteresis", "q", "stiffness = 0.3\nbeta = 2\ngamma = -2.6");
     let d = conceal(ON_PENDULUM, 305, &truth);
     names(&d, "hysteresis", "q", &[("stiffness", 0.3), ("beta", 2.0), ("gamma", -2.6)]);
+}
+
+/// A spring that gives way is bent, and has no loop: a force of the position is told, whichever.
+#[test]
+fn a_spring_that_softens_is_no_hysteresis() {
+    let text = ON_PENDULUM.text.replace("tau ", "tau - 0.9*0.45*tanh(q/0.45) ");
+    assert_ne!(text, ON_PENDULUM.text);
+    let truth = Model::from_text(&text, "truth.toml").expect("the truth is right");
+    for seed in 320..323 {
+        let recordings = ON_PENDULUM.record(&truth, seed, 3);
+        let d = diagnosed(&ON_PENDULUM.model(), &recordings).diagnosis;
+        assert_eq!(d.verdict, Verdict::MissingPhysics, "seed {seed}");
+        for f in &d.findings {
+            assert_eq!(f.depends_on, ["q"], "seed {seed}: {}", f.says);
+        }
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnosis::Verdict;
 use lacuna_excitation::{add_gaussian_noise, rng};
+use rand::RngExt;
 
 fn finds_nothing(bench: Bench, seeds: std::ops::Range<u64>) {
     for seed in seeds {
@@ -117,5 +118,30 @@ fn noise_of_a_colour() {
         assert!(d.driving.forces.is_empty(), "{:?}", d.driving);
         let said = d.notes.iter().any(|n| n.contains("it is correlated over"));
         assert!(said, "{} {:?}", d.model, d.notes);
+    }
+}
+
+/// Rows that were dropped take commands with them: what those did to the machine is no physics.
+#[test]
+fn of_a_machine_some_of_whose_rows_are_lost() {
+    // From sample to sample the drive is as good as noise: no line tells what was lost.
+    let bench = Bench { amplitude: (2.0, 4.0), frequency: (60.0, 250.0), ..ON_PENDULUM };
+    let model = bench.model();
+    for seed in 140..148 {
+        let mut recordings = bench.record(&model, seed, 3);
+        for (k, r) in recordings.iter_mut().enumerate() {
+            let mut rng = rng(seed, 1000 + k as u64);
+            let kept: Vec<bool> = r.time.iter().map(|_| rng.random_bool(0.95)).collect();
+            let keep = |values: &mut Vec<f64>| {
+                let mut marks = kept.iter();
+                values.retain(|_| marks.next().copied().unwrap_or(true));
+            };
+            keep(&mut r.time);
+            r.columns.iter_mut().for_each(|c| keep(&mut c.values));
+        }
+        let d = diagnosed(&model, &recordings).diagnosis;
+        assert!(d.data.dropped > 50);
+        let found: Vec<_> = d.findings.iter().map(|f| &f.says).collect();
+        assert!(found.is_empty(), "seed {seed}: {found:?}");
     }
 }
