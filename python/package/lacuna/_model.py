@@ -181,8 +181,8 @@ class Model:
         play no part. Of links and the base nothing is found here (``payload``, ``base_tilt``): that is what
         `from_mjcf` is for.
 
-        Derivatives are differences, and MuJoCo is called for every step of every simulation: a diagnosis takes tens
-        of times as long as with `from_mjcf`.
+        Derivatives are differences, and MuJoCo is called for every step of every simulation: a diagnosis takes
+        far longer than with `from_mjcf`. Keep recordings short, and say what is looked for (``only``).
 
         Parameters
         ----------
