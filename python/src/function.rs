@@ -30,13 +30,22 @@ impl Raised {
     }
 }
 
+/// What functions say of inertia.
+pub enum Inertia {
+    /// Nothing: what they give are accelerations.
+    Unit,
+    /// One of its own gives the mass matrix `(batch, n, n)`; the other gives forces.
+    Function(Py<PyAny>),
+    /// In what is given for a point its mass matrix, row-major, stands before the forces.
+    Before,
+}
+
 /// Functions of `(x, u, p, t)`, arrays with a row a point: accelerations and rates, or with a mass
 /// matrix generalised forces and rates.
 pub struct PythonFunction {
-    /// Gives `(batch, n + s)`.
+    /// Gives `(batch, n + s)`, or `(batch, n^2 + n + s)` with the mass matrix before.
     pub rates: Py<PyAny>,
-    /// Gives `(batch, n, n)`.
-    pub mass: Option<Py<PyAny>>,
+    pub inertia: Inertia,
     pub sizes: Sizes,
     pub raised: Raised,
 }
@@ -61,11 +70,15 @@ impl PythonFunction {
         let (x, u) = (part(parameters, states)?, part(parameters + states, inputs)?);
         let (p, t) = (part(0, parameters)?, part(width - 1, 1)?.reshape([batch])?);
         let arguments = (x, u, p, t);
-        let force = self.rates.bind(py).call1(arguments.clone())?;
-        scatter(&force, rates, self.sizes.rates(), n * n)?;
-        match &self.mass {
-            Some(mass) => scatter(&mass.bind(py).call1(arguments)?, rates, self.sizes.rates(), 0),
-            None => {
+        let given = self.rates.bind(py).call1(arguments.clone())?;
+        let first = if matches!(self.inertia, Inertia::Before) { 0 } else { n * n };
+        scatter(&given, rates, self.sizes.rates(), first)?;
+        match &self.inertia {
+            Inertia::Before => Ok(()),
+            Inertia::Function(mass) => {
+                scatter(&mass.bind(py).call1(arguments)?, rates, self.sizes.rates(), 0)
+            }
+            Inertia::Unit => {
                 for row in rates.chunks_exact_mut(self.sizes.rates()) {
                     (0..n * n).for_each(|k| row[k] = f64::from(u8::from(k % (n + 1) == 0)));
                 }
@@ -88,7 +101,10 @@ fn scatter(given: &Bound<'_, PyAny>, to: &mut [f64], width: usize, first: usize)
 
 impl Simulator for PythonFunction {
     fn mass(&self) -> Mass {
-        if self.mass.is_some() { Mass::Matrix } else { Mass::Unit }
+        match self.inertia {
+            Inertia::Unit => Mass::Unit,
+            Inertia::Function(_) | Inertia::Before => Mass::Matrix,
+        }
     }
 
     fn evaluate(&self, at: &Point<'_>, mass: &mut [f64], force: &mut [f64]) {

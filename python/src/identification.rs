@@ -241,7 +241,8 @@ fn about_mean(series: &[f64], run: &Prediction) -> f64 {
     counted().map(|y| (y - mean).powi(2)).sum()
 }
 
-fn input_path(text: &str) -> PyResult<InputPath> {
+/// What inputs do between samples.
+pub fn input_path(text: &str) -> PyResult<InputPath> {
     match text {
         "zero-order" => Ok(InputPath::Held),
         "linear" => Ok(InputPath::Linear),

@@ -6,11 +6,13 @@
 //! | `Model`, a function as one | `model`, `function` | [`lacuna::models`], [`lacuna::plants`] |
 //! | `diagnose` | `diagnosis`, `waiting` | [`lacuna::diagnosed`] |
 //! | `simulate`, `compare`, `check` | `runs` | [`lacuna::simulation`], [`lacuna::comparison`], [`lacuna::check`] |
+//! | `compare_runs` | `difference` | [`lacuna::difference`] |
 //! | `Identifier` | `identification` | [`lacuna::occupation`] |
 //!
 //! Results cross as JSON, which they are written as anyhow; series cross as arrays.
 
 mod diagnosis;
+mod difference;
 mod error;
 mod function;
 mod identification;
@@ -26,6 +28,8 @@ use pyo3::prelude::*;
 mod _lacuna {
     #[pymodule_export]
     use crate::diagnosis::{Diagnosis, diagnose};
+    #[pymodule_export]
+    use crate::difference::{Difference, compare_runs};
     #[pymodule_export]
     use crate::error::LacunaError;
     #[pymodule_export]

@@ -1,7 +1,7 @@
 //! Models: read by the reader of the command, or built from a function.
 
 use crate::error::told;
-use crate::function::{PythonFunction, Raised};
+use crate::function::{Inertia, PythonFunction, Raised};
 use lacuna::models::{AnyModel, no_equations, read_equations};
 use lacuna::plants::dynamics::Sizes;
 use lacuna::plants::model::{Augmentation, Builder, Parameter};
@@ -102,22 +102,13 @@ impl Model {
         mass: Option<Py<PyAny>>,
         described: Described,
     ) -> PyResult<Self> {
-        let raised = Raised::default();
-        let sizes = described.sizes();
-        let function = PythonFunction { rates, mass, sizes, raised: raised.clone() };
-        let built = described.builder()?.simulator(function).build();
-        if let Ok(model) = &built {
-            // Results of another shape are told here, and not when they are used.
-            let rest = vec![0.0; sizes.variables()];
-            model
-                .dynamics()
-                .bind(&model.values())
-                .evaluate_once(&rest, &mut vec![0.0; sizes.rates()]);
-        }
-        match raised.take() {
-            Some(error) => Err(error),
-            None => Ok(Self::of(built.map_err(told)?, None, raised)),
-        }
+        Self::of_functions(rates, mass.map_or(Inertia::Unit, Inertia::Function), described)
+    }
+
+    /// A model whose equations are a simulator's: one function gives the mass matrix and the forces.
+    #[staticmethod]
+    fn from_simulator(simulator: Py<PyAny>, described: Described) -> PyResult<Self> {
+        Self::of_functions(simulator, Inertia::Before, described)
     }
 
     /// Its name.
@@ -186,6 +177,25 @@ impl Model {
 }
 
 impl Model {
+    fn of_functions(rates: Py<PyAny>, inertia: Inertia, described: Described) -> PyResult<Self> {
+        let raised = Raised::default();
+        let sizes = described.sizes();
+        let function = PythonFunction { rates, inertia, sizes, raised: raised.clone() };
+        let built = described.builder()?.simulator(function).build();
+        if let Ok(model) = &built {
+            // Results of another shape are told here, and not when they are used.
+            let rest = vec![0.0; sizes.variables()];
+            model
+                .dynamics()
+                .bind(&model.values())
+                .evaluate_once(&rest, &mut vec![0.0; sizes.rates()]);
+        }
+        match raised.take() {
+            Some(error) => Err(error),
+            None => Ok(Self::of(built.map_err(told)?, None, raised)),
+        }
+    }
+
     pub fn of(model: plants::Model, file: Option<PathBuf>, raised: Raised) -> Self {
         Self { model: AnyModel::Equations(Box::new(model)), file, raised }
     }

@@ -90,6 +90,32 @@ impl Recording {
         Ok(recording)
     }
 
+    /// The recording in its own units, where no model says them.
+    pub fn as_recorded(
+        &self,
+        time: &str,
+        number: usize,
+    ) -> Result<recordings::Recording, RecordingError> {
+        self.in_own_units(self.time.as_deref().unwrap_or(time), number)
+    }
+
+    /// Add the units of its columns to those of others.
+    ///
+    /// # Errors
+    /// A column that another recording has in another unit.
+    pub fn add_units(&self, all: &mut BTreeMap<String, String>) -> PyResult<()> {
+        for (column, unit) in &self.units {
+            let other = all.entry(column.clone()).or_insert_with(|| unit.clone());
+            if other != unit {
+                return Err(told(format!(
+                    "column '{column}' is in {other} in one recording and in {unit} in another: without a model \
+                     they must agree"
+                )));
+            }
+        }
+        Ok(())
+    }
+
     fn in_own_units(
         &self,
         time: &str,

@@ -7,3 +7,4 @@ mod compare;
 mod identify;
 mod refused;
 mod simulate;
+mod simulated;

@@ -70,6 +70,7 @@ mod prior;
 mod quadratic_drag;
 mod quadratic_loss;
 mod quadratic_stiffness;
+mod saturating_stiffness;
 mod saturation;
 mod scales;
 mod sensor_bias;
@@ -118,6 +119,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &linear_stiffness::EFFECT,
     &quadratic_stiffness::EFFECT,
     &cubic_stiffness::EFFECT,
+    &saturating_stiffness::EFFECT,
     &added_inertia::EFFECT,
     &payload::EFFECT,
     &base_tilt::EFFECT,

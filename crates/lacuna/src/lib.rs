@@ -23,7 +23,8 @@
 //! | charts | [`charts`] |
 //! | pictures and words | [`report`] |
 //!
-//! What its commands do stands in [`models`], [`check`], [`simulation`], [`comparison`] and [`diagnosed`]: the
+//! What its commands do stands in [`models`], [`check`], [`simulation`], [`comparison`], [`diagnosed`],
+//! [`identification`] and [`difference`]: the
 //! `lacuna` command and the Python package are thin layers on these. A model that is no text but
 //! code, such as a closure, is built with [`plants::Model::builder`] and diagnosed with
 //! [`discrepancy::diagnose::diagnose`]: `examples/closure.rs` goes all the way.
@@ -31,7 +32,9 @@
 pub mod check;
 pub mod comparison;
 pub mod diagnosed;
+pub mod difference;
 pub mod files;
+pub mod identification;
 pub mod models;
 pub mod simulation;
 pub mod table;

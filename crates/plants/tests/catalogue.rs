@@ -65,6 +65,7 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("linear_stiffness", "stiffness = 2.0", &["q1"]),
     ("quadratic_stiffness", "stiffness = 2.0", &["q1"]),
     ("cubic_stiffness", "stiffness = 2.0", &["q1"]),
+    ("saturating_stiffness", "stiffness = 2.0\nreach = 0.2", &["q1"]),
     ("added_inertia", "inertia = 0.2", &["q1", "q2"]),
     ("end_stop", "stiffness = 100\nposition = 0.1", &["q1"]),
     ("end_stop", "stiffness = 100\nposition = 0.05\nside = -1", &["q1"]),

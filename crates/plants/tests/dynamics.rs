@@ -331,6 +331,11 @@ fn mistakes_of_builders_are_typed() {
     assert_eq!(error(cart().input("pi", "V").rates(rest)), BuildError::Name(NameError::Number));
     let characters = NameError::Characters { name: "a b".into() };
     assert_eq!(error(cart().input("a b", "V").rates(rest)), BuildError::Name(characters));
+    // A parameter may be that of a part, and no more.
+    assert!(cart().parameter("x.damping", 1.0, "N s/m", 0.0).rates(rest).build().is_ok());
+    let characters = NameError::Characters { name: "x.a.b".into() };
+    let two = cart().parameter("x.a.b", 1.0, "", 0.0).rates(rest);
+    assert_eq!(error(two), BuildError::Name(characters));
     assert_eq!(error(cart()), BuildError::NoDynamics { model: "cart".into() });
     let nothing = BuildError::NothingMoves { model: "still".into() };
     assert_eq!(error(Model::builder("still").rates(rest)), nothing);

@@ -29,7 +29,10 @@ mod words;
 
 pub use lacuna_discrepancy::number;
 
-pub use page::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page, page};
+pub use page::{
+    Closer, ComparedChannel, ComparedSeries, Comparison, DifferencePage, compare_page,
+    difference_page, page,
+};
 pub use pictures::{FigureFile, files};
 pub use proof::{Imposed, Proof};
 pub use summary::summary;

@@ -12,6 +12,7 @@ acts, which physics it is, with numbers and units.
 """
 
 from ._diagnosis import Diagnosis, Estimate, Finding, Rival, diagnose
+from ._difference import Difference, compare_runs
 from ._identifier import Identifier
 from ._lacuna import LacunaError
 from ._model import Model, Parameter
@@ -22,6 +23,7 @@ __all__ = [
     "Check",
     "Comparison",
     "Diagnosis",
+    "Difference",
     "Estimate",
     "Finding",
     "Identifier",
@@ -33,6 +35,7 @@ __all__ = [
     "Simulation",
     "check",
     "compare",
+    "compare_runs",
     "diagnose",
     "simulate",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,8 +33,8 @@ class Parameter:
 
 
 class Model:
-    """What is believed of a machine; made by `from_toml`, `from_urdf`, `from_mjcf`, `from_function` or
-    `from_json`."""
+    """What is believed of a machine; made by `from_toml`, `from_urdf`, `from_mjcf`, `from_mujoco`,
+    `from_function` or `from_json`."""
 
     def __init__(self, own: _lacuna.Model) -> None:
         self._own = own
@@ -156,6 +156,80 @@ class Model:
         weighed = None if mass is None else _batched(mass, "mass", (n, n))
         own = _lacuna.Model.from_function(batched, weighed, described)
         return cls((as_equations and _as_equations(own, batched, weighed, described)) or own)
+
+    @classmethod
+    def from_mujoco(
+        cls,
+        model: Any,
+        *,
+        inputs: str = "joints",
+        parameters: Iterable[str] | Mapping[str, Any] = (),
+        locked: Iterable[str] | Mapping[str, float] = (),
+        measurements: Mapping[str, tuple[str, str]] | None = None,
+        name: str = "mujoco",
+        time: str = "t",
+        input_hold: str = "zero-order",
+    ) -> Model:
+        """Take MuJoCo itself for the simulator, its contacts, stops and tendons included.
+
+        Coordinates are called as its joints (hinges and slides), velocities ``JOINT_vel``. What is found acts as a
+        generalised force beside MuJoCo's own, with MuJoCo's mass matrix. The forces of constraints (contacts, stops,
+        dry friction) are those that MuJoCo's solver finds without it: what it adds while a contact or a dry joint
+        holds the machine still is not held. MuJoCo's dry friction (``frictionloss``) is such a constraint, soft as
+        ``solreffriction`` says, where `from_mjcf` has a smooth law in its place. Integrated is the continuous
+        dynamics of ``mj_forward``, by steps that the recordings ask for; the model's own time step and integrator
+        play no part. Of links and the base nothing is found here (``payload``, ``base_tilt``): that is what
+        `from_mjcf` is for.
+
+        Derivatives are differences, and MuJoCo is called for every step of every simulation: a diagnosis takes
+        far longer than with `from_mjcf`. Keep recordings short, and say what is looked for (``only``).
+
+        Parameters
+        ----------
+        model : mujoco.MjModel
+            It is copied and not changed.
+        inputs : {"joints", "actuators"}
+            What is recorded: the forces on the joints (``JOINT_torque``, of a slide ``JOINT_force``), applied by
+            ``qfrc_applied`` in place of the actuators; or the commands of the actuators by their names (``ctrl``).
+        parameters : names, or mapping, optional
+            What may be calibrated: ``JOINT.damping``, ``JOINT.friction`` (``frictionloss``), ``JOINT.armature``,
+            ``JOINT.stiffness``, ``BODY.mass`` and ``BODY.com_x`` to ``BODY.com_z`` (where MuJoCo has the body's
+            centre), with what is believed of it: ``{"forearm.mass": {"tolerance": 0.05}}``; the value is the model's
+            where none is given. Without any all are known exactly.
+        locked : names, or mapping of name to position, optional
+            Joints that are held still, at their place in the model or at this position.
+        measurements, name, time, input_hold
+            As of `from_function`.
+
+        Raises
+        ------
+        LacunaError
+            No such joint, body or parameter; joints that are neither hinges nor slides and not locked.
+        """
+        from ._mujoco import Machine, Simulator
+
+        machine = Machine(model, inputs, locked)
+        given = parameters if isinstance(parameters, Mapping) else {key: {} for key in parameters}
+        places = {key: machine.place(key) for key in given}
+        believed = {
+            key: {
+                "value": places[key].value,
+                "unit": places[key].unit,
+                **(said if isinstance(said, Mapping) else {"value": said}),
+            }
+            for key, said in given.items()
+        }
+        described = {
+            "name": name,
+            "coordinates": [(j.name, f"{j.name}_vel", j.units["q"], j.units["force"]) for j in machine.joints],
+            "states": [],
+            "inputs": list(machine.inputs().items()),
+            "parameters": [_parameter(key, value) for key, value in believed.items()],
+            "measurements": [(key, *value) for key, value in (measurements or {}).items()],
+            "time": time,
+            "input_hold": input_hold,
+        }
+        return cls(_lacuna.Model.from_simulator(Simulator(machine, list(places.values())), described))
 
     @property
     def name(self) -> str:

@@ -1,12 +1,14 @@
-//! `lacuna diagnose`: find the physics that a model leaves out.
+//! `lacuna diagnose`: find the physics that a model leaves out, or a simulator of which there are but recordings.
 
 use super::Outcome;
+use super::columns::ColumnArguments;
 use super::typed::typed;
 use crate::interrupt::Cancellable;
 use crate::output::{colour, spinner};
 use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::diagnosed::{Diagnosed, datasets};
+use lacuna::difference::{Runs, compare_runs};
 use lacuna::discrepancy::diagnose::{self, Options};
 use lacuna::discrepancy::diagnosis::Verdict;
 use lacuna::discrepancy::robot_file::Augmented;
@@ -20,10 +22,10 @@ use std::time::Duration;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// The model file
+    /// The model file; with --simulated the first recording
     model: PathBuf,
     /// Recordings to fit: FILE.csv, FILE.csv#rows=100..200 or FILE.csv#t=1.0..2.5
-    #[arg(required = true)]
+    #[arg(required_unless_present = "simulated")]
     recordings: Vec<RecordingSource>,
     /// Recordings for proof alone; without any, one in four (or the last quarter of a single
     /// one) is kept
@@ -53,6 +55,12 @@ pub struct Arguments {
     /// comes on top
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     time_budget: Option<Duration>,
+    /// No model: a recording of the simulator, with the columns of the others; may be given several
+    /// times. Both are identified and compared; --out is given difference.json and difference.html
+    #[arg(long, value_name = "RECORDING", conflicts_with_all = WITH_A_MODEL)]
+    simulated: Vec<RecordingSource>,
+    #[command(flatten)]
+    columns: ColumnArguments,
     /// Return 1 where there is a mismatch
     #[arg(long)]
     exit_code: bool,
@@ -64,7 +72,19 @@ pub struct Arguments {
     quiet: bool,
 }
 
+/// What says how a model is diagnosed.
+const WITH_A_MODEL: [&str; 7] =
+    ["held_out", "figures", "learn_remainder", "exclude", "only", "exact", "time_budget"];
+
 pub fn run(a: &Arguments) -> Outcome {
+    if !a.simulated.is_empty() {
+        return beside_simulated(a);
+    }
+    if a.columns.are_said() {
+        return Err("--channels, --inputs, --time, --order, --units and --input-hold are said of recordings without \
+                    a model (--simulated RECORDING); with one, the model file says it"
+            .into());
+    }
     let model = read_equations(&a.model)?;
     let read = |sources: &[RecordingSource]| -> Result<Vec<Recording>, RecordingError> {
         sources.iter().map(|s| lacuna::recordings::read(s, &model.time_column)).collect()
@@ -108,6 +128,30 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     let mismatch = found.diagnosis().verdict != Verdict::NoMismatch;
     Ok(ExitCode::from(u8::from(a.exit_code && mismatch)))
+}
+
+/// The recordings beside those of a simulator.
+fn beside_simulated(a: &Arguments) -> Outcome {
+    let bar = spinner(a.quiet || a.json);
+    let first: RecordingSource = a.model.to_string_lossy().parse()?;
+    let recorded = [&[first][..], &a.recordings].concat();
+    let (asked, path) = (a.columns.asked(), a.columns.input_path());
+    let runs = Runs::read(&a.simulated, &recorded, &asked)?;
+    let progress = |doing: &str| bar.set_message(doing.to_owned());
+    let found = compare_runs(runs, (&asked, path), &progress)?;
+    bar.finish_and_clear();
+    if let Some(folder) = &a.out {
+        found.write(folder)?;
+    }
+    if a.json {
+        sayln!("{}", found.json()?)?;
+    } else if !a.quiet {
+        say!("{}", found.text())?;
+        if let Some(folder) = &a.out {
+            sayln!("Written: {}", folder.join("difference.html").display())?;
+        }
+    }
+    Ok(ExitCode::from(u8::from(a.exit_code && found.is_mismatch())))
 }
 
 /// What the robot's file that was written does not say, in a line.

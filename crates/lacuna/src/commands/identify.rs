@@ -8,28 +8,24 @@
 //! held-out recordings by compact test functions, whitened by the measurement noise.
 
 mod choice;
-mod columns;
-mod conditioning;
 mod files;
-mod motion;
 mod proof;
 mod settings;
 mod slices;
 
 use super::Outcome;
+use super::columns::ColumnArguments;
 use crate::output::spinner;
 use crate::say::{say, sayln};
 use clap::{Args, ValueEnum};
-use columns::Columns;
-use conditioning::Conditioning;
+use lacuna::identification::{Columns, Conditioning, Motion, input_hold};
 use lacuna::occupation::Arguments::State;
 use lacuna::occupation::identification::Report as Chosen;
 use lacuna::occupation::{
     Family, Identification, IdentificationError, Identified, InputPath, Names,
 };
-use lacuna::recordings::{InputHold, Recording, RecordingSource, Unit};
+use lacuna::recordings::{Recording, RecordingSource};
 use lacuna::table::{Table, number};
-use motion::Motion;
 use proof::Proof;
 use serde::Serialize;
 use settings::Settings;
@@ -46,20 +42,8 @@ pub struct Arguments {
     /// Write model.json, drift.csv, effectiveness.csv and functions.svg to this folder
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Columns of the coordinates, separated by commas; without, all but time and inputs
-    #[arg(long, value_delimiter = ',')]
-    channels: Vec<String>,
-    /// Columns of the inputs; without, those named u, tau, F, force, torque, v_in, i_cmd ... with
-    /// or without a number or _suffix
-    #[arg(long, value_delimiter = ',')]
-    inputs: Vec<String>,
-    /// Column of time in seconds; without, t, time, t_s or time_s, else the first column
-    #[arg(long)]
-    time: Option<String>,
-    /// Order of the dynamics; without, 2, or 1 where every channel's velocity (dq, q_dot, v_q) is
-    /// a column too
-    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=2))]
-    order: Option<u8>,
+    #[command(flatten)]
+    columns: ColumnArguments,
     /// Kernel of all functions; without, the family that makes the recordings most likely, for
     /// each function (exponential is never chosen unasked: it grows without bound where there
     /// are no data)
@@ -76,13 +60,6 @@ pub struct Arguments {
     /// at least 24 samples; without, a typical period
     #[arg(long, value_name = "SECONDS", value_parser = positive_number)]
     window: Option<f64>,
-    /// Units of columns, COLUMN=UNIT separated by commas; angles (rad, deg) that were recorded within one
-    /// turn are made continuous
-    #[arg(long, value_name = "COLUMN=UNIT", value_delimiter = ',', value_parser = column_unit)]
-    units: Vec<ColumnUnit>,
-    /// What the inputs do between samples
-    #[arg(long, value_enum, default_value_t = Hold::ZeroOrder)]
-    input_hold: Hold,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -99,32 +76,11 @@ pub enum KernelName {
     Polynomial,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Hold {
-    ZeroOrder,
-    Linear,
-    Smooth,
-}
-
 fn positive_number(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
         _ => Err(format!("expected a positive number, found '{text}'")),
     }
-}
-
-/// The unit of a column.
-#[derive(Clone)]
-struct ColumnUnit {
-    column: String,
-    unit: String,
-}
-
-fn column_unit(text: &str) -> Result<ColumnUnit, String> {
-    let (column, unit) =
-        text.split_once('=').ok_or_else(|| format!("expected COLUMN=UNIT, found '{text}'"))?;
-    Unit::parse(unit).map_err(|e| e.to_string())?;
-    Ok(ColumnUnit { column: column.to_owned(), unit: unit.to_owned() })
 }
 
 /// What is printed.
@@ -149,27 +105,27 @@ struct Report<'a> {
 pub fn run(a: &Arguments) -> Outcome {
     let bar = spinner(a.quiet || a.json);
     bar.set_message("reading the recordings");
-    let columns = Columns::choose(a)?;
+    let asked = a.columns.asked();
+    let (time, notes) = asked.time_of(&a.recordings[0])?;
     let recordings = a
         .recordings
         .iter()
-        .map(|s| lacuna::recordings::read(s, &columns.time))
+        .map(|s| lacuna::recordings::read(s, &time))
         .collect::<Result<Vec<_>, _>>()?;
-    let hold = match a.input_hold {
-        Hold::ZeroOrder => InputHold::ZeroOrder,
-        Hold::Linear | Hold::Smooth => InputHold::Linear,
-    };
+    let columns = Columns::choose(&asked, &recordings[0], time, notes)?;
+    let path = a.columns.input_path();
+    let hold = input_hold(path);
     let (mut training, mut held_out) = split(recordings);
     bar.set_message("conditioning and smoothing the recordings");
     let mut conditioning = Conditioning::default();
-    let noise = conditioning.condition(&columns, &a.units, &mut training)?;
-    conditioning.condition(&columns, &a.units, &mut held_out)?;
+    let noise = conditioning.condition(&columns, &asked.units, &mut training)?;
+    conditioning.condition(&columns, &asked.units, &mut held_out)?;
     let training = Motion::of(&columns, &noise, &training, hold)?;
     let held_out = Motion::of(&columns, &noise, &held_out, hold)?;
     let settings = Settings::choose(a, &columns, &training)?;
     bar.set_message("choosing kernels and fitting");
     let usable = settings.long_enough(&training);
-    let Identified { model, report: chosen } = fit(a, &columns, &training)?;
+    let Identified { model, report: chosen } = fit(a, path, &columns, &training)?;
     bar.set_message("proving on what was held out");
     let proof = Proof::of(&model, &settings, &columns, &noise, &usable, &held_out)?;
     bar.finish_and_clear();
@@ -201,12 +157,12 @@ pub fn run(a: &Arguments) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn fit(a: &Arguments, columns: &Columns, training: &Motion) -> Result<Identified, Box<dyn Error>> {
-    let path = match a.input_hold {
-        Hold::ZeroOrder => InputPath::Held,
-        Hold::Linear => InputPath::Linear,
-        Hold::Smooth => InputPath::Smooth,
-    };
+fn fit(
+    a: &Arguments,
+    path: InputPath,
+    columns: &Columns,
+    training: &Motion,
+) -> Result<Identified, Box<dyn Error>> {
     let mut identification = Identification::new(columns.order, State, path);
     if let Some(kernel) = a.kernel {
         identification.families = vec![match kernel {

@@ -1,6 +1,7 @@
 //! One module a command: its arguments, and what it does with the library.
 
 pub mod check;
+mod columns;
 pub mod compare;
 pub mod compile;
 pub mod demo;

@@ -1,6 +1,6 @@
 //! Models that no text describes.
 
-use super::name::check_name;
+use super::name::{check_name, check_part_name};
 use super::{
     Coordinate, Measured, Measurement, Model, NameError, Parameter, Quantity, RecordedInput,
     Uncertainty, UncertaintyError,
@@ -146,7 +146,7 @@ impl Model {
 
 impl Builder {
     /// A parameter, with the relative standard deviation of what is believed of it; 0 is known
-    /// exactly.
+    /// exactly. Its name may be that of a part, `elbow.damping`.
     #[must_use]
     pub fn parameter(self, name: &str, value: f64, unit: &str, tolerance: f64) -> Self {
         self.believed(name, value, unit, Uncertainty::Relative(tolerance))
@@ -372,12 +372,15 @@ impl Builder {
     }
 
     fn check_names(&self) -> Result<(), NameError> {
-        let parameters = self.parameters.iter().map(|p| &p.name);
+        let mut taken: Vec<String> = vec![];
+        for Parameter { name, .. } in &self.parameters {
+            check_part_name(name, &taken)?;
+            taken.push(name.clone());
+        }
         let coordinates = self.coordinates.iter().flat_map(|c| [&c.name, &c.velocity]);
         let states = self.states.iter().map(|s| &s.name);
         let inputs = self.inputs.iter().map(|i| &i.name);
-        let mut taken: Vec<String> = vec![];
-        for name in parameters.chain(coordinates).chain(states).chain(inputs) {
+        for name in coordinates.chain(states).chain(inputs) {
             check_name(name, &taken)?;
             taken.push(name.clone());
         }

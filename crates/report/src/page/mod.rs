@@ -1,6 +1,7 @@
 //! The page of a diagnosis: one HTML file that needs nothing else.
 
 mod compare;
+mod difference;
 mod how;
 mod joints;
 mod proof;
@@ -10,6 +11,7 @@ mod what;
 mod r#where;
 
 pub use compare::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page};
+pub use difference::{DifferencePage, difference_page};
 
 use crate::Proof;
 use crate::pictures::Picture;

@@ -1,6 +1,6 @@
 //! What the identification chose, and what it could not tell, in words.
 
-use super::columns::Columns;
+use lacuna::identification::Columns;
 use lacuna::occupation::identification::{BlockChoice, Report, Warning};
 use lacuna::table::{Table, number};
 

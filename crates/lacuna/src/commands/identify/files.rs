@@ -1,10 +1,10 @@
 //! model.json, drift.csv, effectiveness.csv and functions.svg, written whole or not at all.
 
-use super::columns::Columns;
-use super::motion::Stretch;
 use super::slices;
 use lacuna::charts::grid_svg;
 use lacuna::files::write_together;
+use lacuna::identification::Columns;
+use lacuna::identification::Stretch;
 use lacuna::occupation::IdentifiedModel;
 use lacuna::occupation::identification::Report as Chosen;
 use std::error::Error;

@@ -8,9 +8,9 @@
 //!
 //! of which the measurement noise alone leaves sigma_i sqrt(rows).
 
-use super::columns::Columns;
-use super::motion::{Motion, Noise, Stretch};
 use super::settings::Settings;
+use lacuna::identification::Columns;
+use lacuna::identification::{Motion, Noise, Stretch};
 use lacuna::occupation::{BandedCholesky, Functional, IdentifiedModel};
 use nalgebra::DMatrix;
 use rayon::prelude::*;

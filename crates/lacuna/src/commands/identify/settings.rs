@@ -1,8 +1,8 @@
 //! The test functions of the proof, measured off the recordings.
 
 use super::Arguments;
-use super::columns::Columns;
-use super::motion::{Motion, Stretch};
+use lacuna::identification::Columns;
+use lacuna::identification::{Motion, Stretch};
 use lacuna::occupation::{InitialDerivative, Quadrature, TestFunction};
 use lacuna::table::number;
 use serde::Serialize;

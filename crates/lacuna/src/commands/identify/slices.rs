@@ -1,9 +1,9 @@
 //! functions.svg: each identified function against each of its arguments, through the data.
 
 use super::choice::function;
-use super::columns::Columns;
-use super::motion::Stretch;
 use lacuna::charts::{Axis, Band, Colour, Figure, Grid, Line, Rug, Style};
+use lacuna::identification::Columns;
+use lacuna::identification::Stretch;
 use lacuna::occupation::IdentifiedModel;
 use lacuna::occupation::identification::Report as Chosen;
 use lacuna::table::number;

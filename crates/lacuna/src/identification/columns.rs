@@ -1,7 +1,6 @@
 //! Which columns are time, inputs and channels, where the user does not say.
 
-use super::Arguments;
-use lacuna::recordings::{RecordingError, RecordingSource};
+use crate::recordings::{Recording, RecordingError, RecordingSource};
 use serde::Serialize;
 use std::error::Error;
 
@@ -11,30 +10,79 @@ const TIME: [&str; 4] = ["t", "time", "t_s", "time_s"];
 const INPUT: [&str; 11] =
     ["u", "tau", "F", "force", "torque", "v_in", "i_cmd", "input", "cmd", "command", "voltage_in"];
 
+/// What the user says of the columns; what is empty or `None` is told by their names.
+#[derive(Clone, Debug, Default)]
+pub struct Asked {
+    /// Column of time in seconds.
+    pub time: Option<String>,
+    /// Columns of the coordinates.
+    pub channels: Vec<String>,
+    /// Columns of the inputs.
+    pub inputs: Vec<String>,
+    /// Order s of the dynamics.
+    pub order: Option<u8>,
+    /// Columns and their units.
+    pub units: Vec<ColumnUnit>,
+}
+
+/// The unit of a column.
+#[derive(Clone, Debug)]
+pub struct ColumnUnit {
+    /// The column.
+    pub column: String,
+    /// Its unit, as written.
+    pub unit: String,
+}
+
+impl Asked {
+    /// The column of time of a file, and a note where it is taken for want of a better.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn time_of(
+        &self,
+        source: &RecordingSource,
+    ) -> Result<(String, Vec<String>), RecordingError> {
+        let mut notes = Vec::new();
+        let time = match &self.time {
+            Some(time) => time.clone(),
+            None => time_column(source, &mut notes)?,
+        };
+        Ok((time, notes))
+    }
+}
+
 /// What each column is used for.
-#[derive(Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Columns {
+    /// Column of time.
     pub time: String,
+    /// Order s of the dynamics.
     pub order: usize,
     /// Coordinates whose `order`-th derivative is learned.
     pub channels: Vec<String>,
     /// Columns that measure their velocities, where there are any.
     pub velocities: Vec<Option<String>>,
+    /// Columns of the inputs.
     pub inputs: Vec<String>,
     /// Arguments of f and g.
     pub arguments: Vec<String>,
+    /// What was assumed, in sentences.
     #[serde(skip)]
     pub notes: Vec<String>,
 }
 
 impl Columns {
-    pub fn choose(a: &Arguments) -> Result<Self, Box<dyn Error>> {
-        let mut notes = Vec::new();
-        let time = match &a.time {
-            Some(time) => time.clone(),
-            None => time_column(&a.recordings[0], &mut notes)?,
-        };
-        let first = lacuna::recordings::read(&a.recordings[0], &time)?;
+    /// Choose among the columns of a recording whose column of time is known.
+    ///
+    /// # Errors
+    /// Columns that are not there, or are none of what is needed.
+    pub fn choose(
+        a: &Asked,
+        first: &Recording,
+        time: String,
+        notes: Vec<String>,
+    ) -> Result<Self, Box<dyn Error>> {
         let with_unit = a.units.iter().map(|u| &u.column);
         for name in a.inputs.iter().chain(&a.channels).chain(with_unit) {
             first.column(name)?;
@@ -101,7 +149,7 @@ fn time_column(
     source: &RecordingSource,
     notes: &mut Vec<String>,
 ) -> Result<String, RecordingError> {
-    let available = match lacuna::recordings::read(source, TIME[0]) {
+    let available = match crate::recordings::read(source, TIME[0]) {
         Err(RecordingError::NoTimeColumn { available, .. }) => available,
         Err(other) => return Err(other),
         Ok(_) => return Ok(TIME[0].to_owned()),

@@ -1,8 +1,8 @@
 //! Smoothed motion between gaps: what the regression is given.
 
 use super::columns::Columns;
-use lacuna::occupation::TrajectoryData;
-use lacuna::recordings::{
+use crate::occupation::TrajectoryData;
+use crate::recordings::{
     InputHold, Prior, Recording, Sampling, Smoother, Trajectory, resample_input,
 };
 use std::error::Error;
@@ -14,18 +14,23 @@ const LONGEST_GAP: usize = 10;
 const FEWEST_ROWS: usize = 30;
 
 /// Noise standard deviations of the channels and of the velocities that are measured.
+#[derive(Debug)]
 pub struct Noise {
+    /// Of the channels.
     pub channels: Vec<f64>,
+    /// Of their velocities.
     pub velocities: Vec<Option<f64>>,
 }
 
 /// A part of a recording without long gaps.
+#[derive(Debug)]
 pub struct Stretch {
     /// Which recording, from 1.
     pub recording: usize,
+    /// The smoothed state and the inputs.
     pub data: TrajectoryData,
     /// What was measured: the identification smooths by itself.
-    pub measured: lacuna::occupation::Motion,
+    pub measured: crate::occupation::Motion,
     /// Smoothed s-th derivative of the channels, N x n.
     pub highest: Vec<f64>,
     /// Smoothed derivative of the order below, N x n.
@@ -33,13 +38,19 @@ pub struct Stretch {
 }
 
 /// The stretches of some recordings.
+#[derive(Debug)]
 pub struct Motion {
+    /// Names of the recordings.
     pub names: Vec<String>,
+    /// Their stretches.
     pub stretches: Vec<Stretch>,
 }
 
 impl Motion {
     /// Cut recordings at long gaps and smooth what is between.
+    ///
+    /// # Errors
+    /// Columns that are missing or cannot be smoothed, and recordings that are nothing but gaps.
     pub fn of(
         columns: &Columns,
         noise: &Noise,
@@ -162,9 +173,9 @@ fn stretch(
         let held = resample_input(time, values, &times, hold).map_err(|e| in_column(column, &e))?;
         held.iter().enumerate().for_each(|(k, value)| inputs[k * m + j] = *value);
     }
-    let in_recording = |e: lacuna::occupation::IdentificationError| format!("{}: {e}", r.name);
-    let mut motion = lacuna::occupation::Motion::new(times.clone(), raw, inputs.clone())
-        .map_err(in_recording)?;
+    let in_recording = |e: crate::occupation::IdentificationError| format!("{}: {e}", r.name);
+    let mut motion =
+        crate::occupation::Motion::new(times.clone(), raw, inputs.clone()).map_err(in_recording)?;
     if order == 2 && columns.velocities.iter().all(Option::is_some) {
         motion = motion.with_rates(rates).map_err(in_recording)?;
     }

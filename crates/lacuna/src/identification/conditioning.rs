@@ -1,11 +1,10 @@
 //! Angles made continuous, outliers and samples of sensors at their limits left out, as every command
 //! does it
-//! ([`lacuna::recordings::condition`]).
+//! ([`crate::recordings::condition`]).
 
-use super::ColumnUnit;
-use super::columns::Columns;
+use super::columns::{ColumnUnit, Columns};
 use super::motion::Noise;
-use lacuna::recordings::{Recording, Unit, condition, conditioning_notes, unwrap_turns};
+use crate::recordings::{Recording, Unit, condition, conditioning_notes, unwrap_turns};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
@@ -17,7 +16,7 @@ const ROUNDING: f64 = 1e-7;
 const ANGLES: [&str; 2] = ["rad", "deg"];
 
 /// What conditioning did, by column.
-#[derive(Default, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub struct Conditioning {
     /// Samples that were left out as outliers.
     outliers: BTreeMap<String, usize>,
@@ -32,6 +31,9 @@ pub struct Conditioning {
 
 impl Conditioning {
     /// Conditions the channels and velocities of some recordings; returns their noise.
+    ///
+    /// # Errors
+    /// Columns that are missing or cannot be conditioned.
     pub fn condition(
         &mut self,
         columns: &Columns,

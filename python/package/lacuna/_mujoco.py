@@ -1,0 +1,285 @@
+"""MuJoCo as the simulator: mass matrix and forces of its forward dynamics, a row a point.
+
+With positions q, velocities v and inputs u of the joints that move
+
+``M(q) v' = passive(q, v) - bias(q, v) + u + constraint(q, v, u)``
+
+each term MuJoCo's own: M of ``mj_fullM``, the forces of ``mj_forward``.
+"""
+
+from __future__ import annotations
+
+import copy
+import threading
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._lacuna import LacunaError
+
+Array = npt.NDArray[np.float64]
+
+#: Units of a coordinate, of its force, and of what a file states of its joint.
+HINGE = {
+    "q": "rad",
+    "force": "N m",
+    "damping": "N m s/rad",
+    "friction": "N m",
+    "armature": "kg m^2",
+    "stiffness": "N m/rad",
+}
+SLIDE = {
+    "q": "m",
+    "force": "N",
+    "damping": "N s/m",
+    "friction": "N",
+    "armature": "kg",
+    "stiffness": "N/m",
+}
+#: What MuJoCo calls a joint's numbers, those of its degree of freedom and those of itself.
+OF_DOF = {"damping": "dof_damping", "friction": "dof_frictionloss", "armature": "dof_armature"}
+OF_JOINT = {"stiffness": "jnt_stiffness"}
+CENTRE = {"com_x": 0, "com_y": 1, "com_z": 2}
+#: Rotor inertia of a joint that is held still: no force moves it.
+IMMOBILE = 1e12
+#: The solver of constraints goes on until nothing is left to win, so that differences of its forces
+#: are not those of where it stopped.
+TOLERANCE = 1e-15
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint that moves: its name and where it stands."""
+
+    name: str
+    position: int
+    dof: int
+    units: Mapping[str, str]
+
+    @property
+    def force(self) -> str:
+        """Name of the input that acts on it."""
+        return f"{self.name}_{'torque' if self.units is HINGE else 'force'}"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a parameter stands in the model."""
+
+    array: str
+    index: int | tuple[int, int]
+    value: float
+    unit: str
+
+    @property
+    def is_inertial(self) -> bool:
+        """Whether constants that MuJoCo derives from the inertia at home change with it."""
+        return self.array in ("body_mass", "body_ipos", "dof_armature")
+
+
+class Machine:
+    """A MuJoCo model with its joints and inputs by name."""
+
+    def __init__(self, model: Any, inputs: str, locked: Iterable[str] | Mapping[str, float]) -> None:
+        import mujoco
+
+        if not isinstance(model, mujoco.MjModel):
+            raise LacunaError(f"expected a mujoco.MjModel; found {type(model).__name__}")
+        if inputs not in ("joints", "actuators"):
+            raise LacunaError(f"inputs is 'joints' or 'actuators'; found {inputs!r}")
+        self.model = copy.copy(model)
+        self.by_actuators = inputs == "actuators"
+        held = dict(locked) if isinstance(locked, Mapping) else dict.fromkeys(locked)
+        self.joints = self._joints(mujoco, held)
+        self.home = self.model.qpos0.copy()
+        self._hold(mujoco, held)
+        self.actuators = [self.model.actuator(k).name for k in range(self.model.nu)]
+        if self.by_actuators and self.model.na > 0:
+            raise LacunaError(
+                "the model has actuators with a state of their own (activation); with inputs=\"joints\" the "
+                "recorded forces of the joints drive it"
+            )
+        if not self.by_actuators:
+            # Recorded are the forces that act, whatever makes them.
+            self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+        # A point's forces depend on nothing but the point.
+        self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_WARMSTART)
+        self.model.opt.tolerance = TOLERANCE
+        mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
+
+    def _joints(self, mujoco: Any, held: Mapping[str, Any]) -> list[Joint]:
+        kinds = {mujoco.mjtJoint.mjJNT_HINGE: HINGE, mujoco.mjtJoint.mjJNT_SLIDE: SLIDE}
+        all_joints = [self.model.joint(k) for k in range(self.model.njnt)]
+        known = [joint.name for joint in all_joints]
+        for name in held:
+            if name not in known:
+                raise LacunaError(f"locked: no joint '{name}'; the joints are {', '.join(known)}")
+        moving = []
+        for joint in all_joints:
+            if joint.name in held:
+                continue
+            kind = int(joint.type[0])
+            if kind not in kinds:
+                raise LacunaError(
+                    f"joint '{joint.name}' is neither a hinge nor a slide; hold it still by locked=['{joint.name}']"
+                )
+            moving.append(Joint(joint.name, int(joint.qposadr[0]), int(joint.dofadr[0]), kinds[kind]))
+        if not moving:
+            raise LacunaError("the model has no joint that moves")
+        return moving
+
+    def _hold(self, mujoco: Any, held: Mapping[str, float | None]) -> None:
+        for name, at in held.items():
+            joint = self.model.joint(name)
+            if at is not None:
+                if len(joint.qpos0) != 1:
+                    raise LacunaError(f"locked: joint '{name}' stays where the model has it; give its name alone")
+                self.home[int(joint.qposadr[0])] = at
+            first = int(joint.dofadr[0])
+            kind = int(joint.type[0])
+            dofs = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}.get(kind, 1)
+            self.model.dof_armature[first : first + dofs] = IMMOBILE
+
+    def place(self, name: str) -> Place:
+        """Where the parameter of this name stands."""
+        of, _, part = name.partition(".")
+        joints = {joint.name: joint for joint in self.joints}
+        if of in joints and part in OF_DOF:
+            return self._place(OF_DOF[part], joints[of].dof, joints[of].units[part])
+        if of in joints and part in OF_JOINT:
+            return self._place(OF_JOINT[part], self.model.joint(of).id, joints[of].units[part])
+        bodies = [self.model.body(k).name for k in range(1, self.model.nbody)]
+        if of in bodies and part == "mass":
+            return self._place("body_mass", self.model.body(of).id, "kg")
+        if of in bodies and part in CENTRE:
+            return self._place("body_ipos", (self.model.body(of).id, CENTRE[part]), "m")
+        raise LacunaError(
+            f"parameter '{name}': expected JOINT.{', JOINT.'.join({**OF_DOF, **OF_JOINT})}, BODY.mass, "
+            f"BODY.{', BODY.'.join(CENTRE)}; the joints are {', '.join(joints)}, the bodies {', '.join(bodies)}"
+        )
+
+    def _place(self, array: str, index: int | tuple[int, int], unit: str) -> Place:
+        values = getattr(self.model, array)
+        if np.ndim(values[index]) != 0:
+            raise LacunaError(f"{array} of this MuJoCo is no single number")
+        return Place(array, index, float(values[index]), unit)
+
+    def inputs(self) -> dict[str, str]:
+        """Name and unit of every input."""
+        if self.by_actuators:
+            return dict.fromkeys(self.actuators, "")
+        return {joint.force: joint.units["force"] for joint in self.joints}
+
+
+class Simulator:
+    """The forward dynamics of a machine as a function of points."""
+
+    def __init__(self, machine: Machine, places: list[Place]) -> None:
+        self.machine = machine
+        self.places = places
+        # One for each thread that asks at the same time.
+        self._free: list[_Room] = []
+        self._lock = threading.Lock()
+
+    def __call__(self, z: Array, u: Array, p: Array, t: Array) -> Array:
+        """Mass matrix, row-major, and forces, of rows of points."""
+        with self._lock:
+            room = self._free.pop() if self._free else None
+        room = room or _Room(self.machine, self.places)
+        given = room.evaluate(z, u, p, t)
+        with self._lock:
+            self._free.append(room)
+        return given
+
+
+class _Room:
+    """A model whose parameters move, and its data."""
+
+    def __init__(self, machine: Machine, places: list[Place]) -> None:
+        import mujoco
+
+        self.mujoco = mujoco
+        self.model = copy.copy(machine.model)
+        self.data = data = mujoco.MjData(self.model)
+        self.scratch = mujoco.MjData(self.model)
+        data.qpos[:] = machine.home
+        self.positions = _entries([joint.position for joint in machine.joints])
+        self.dofs = _entries([joint.dof for joint in machine.joints])
+        self.count = len(machine.joints)
+        # Views, since to ask for them costs as much as the dynamics.
+        self.qpos, self.qvel = data.qpos, data.qvel
+        self.smooth, self.constraint = data.qfrc_smooth, data.qfrc_constraint
+        self.driven = data.ctrl if machine.by_actuators else data.qfrc_applied
+        self.entries = slice(None) if machine.by_actuators else self.dofs
+        self.targets = [(getattr(self.model, place.array), place.index) for place in places]
+        self.inertial = np.array([place.is_inertial for place in places], dtype=bool)
+        self.parameters = np.array([place.value for place in places])
+        self.mass = np.zeros((self.model.nv, self.model.nv))
+        self.whole = mujoco.mjtStage.mjSTAGE_NONE.value
+        self.without_positions = mujoco.mjtStage.mjSTAGE_POS.value
+
+    def evaluate(self, z: Array, u: Array, p: Array, t: Array) -> Array:
+        n, data, forward = self.count, self.data, self.mujoco.mj_forwardSkip
+        given = np.empty((len(t), n * n + n))
+        usable = np.isfinite(z).all() and np.isfinite(u).all() and np.isfinite(p).all()
+        stays = self._stays(z, p) if usable else np.zeros(len(t), dtype=bool)
+        mass: Array | None = None
+        for k in range(len(t)):
+            if not (usable or np.isfinite([*z[k], *u[k], *p[k]]).all()):
+                given[k] = np.nan
+                continue
+            data.time = t[k]
+            self.qvel[self.dofs] = z[k, n:]
+            self.driven[self.entries] = u[k]
+            if mass is None or not stays[k]:
+                self._bind(p[k])
+                self.qpos[self.positions] = z[k, :n]
+                forward(self.model, data, self.whole, True)
+                mass = self._mass()
+            else:
+                forward(self.model, data, self.without_positions, True)
+            row = given[k]
+            row[: n * n] = mass
+            row[n * n :] = self.smooth[self.dofs]
+            row[n * n :] += self.constraint[self.dofs]
+        return given
+
+    def _stays(self, z: Array, p: Array) -> npt.NDArray[np.bool_]:
+        """Where positions and parameters are those of the row before: what depends on them alone is kept."""
+        stays = np.zeros(len(z), dtype=bool)
+        if len(z) > 1:
+            n = self.count
+            stays[1:] = (z[1:, :n] == z[:-1, :n]).all(axis=1) & (p[1:] == p[:-1]).all(axis=1)
+        return stays
+
+    def _bind(self, parameters: Array) -> None:
+        if not self.targets:
+            return
+        changed = parameters != self.parameters
+        if not changed.any():
+            return
+        for k in np.flatnonzero(changed):
+            array, index = self.targets[k]
+            array[index] = parameters[k]
+        self.parameters = parameters.copy()
+        if (changed & self.inertial).any():
+            self.mujoco.mj_setConst(self.model, self.scratch)
+
+    def _mass(self) -> Array:
+        if hasattr(self.data, "qM"):
+            # MuJoCo before 4.
+            self.mujoco.mj_fullM(self.model, self.mass, self.data.qM)
+        else:
+            self.mujoco.mj_fullM(self.model, self.data, self.mass)
+        return self.mass[self.dofs][:, self.dofs].ravel()
+
+
+def _entries(indices: list[int]) -> slice | Array:
+    """Entries of an array: a slice where they follow one another, which costs less."""
+    first, count = indices[0], len(indices)
+    if indices == list(range(first, first + count)):
+        return slice(first, first + count)
+    return np.array(indices)
