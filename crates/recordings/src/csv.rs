@@ -19,6 +19,9 @@ use crate::source::{RecordingSource, Selection};
 /// Longest piece of a bad cell that an error message repeats, in characters.
 const LONGEST_QUOTE: usize = 40;
 
+/// Bytes by which UTF-16 is told from binary data.
+const WIDE_HEAD: usize = 16;
+
 /// Name of the time column where the writer is told none.
 const DEFAULT_TIME_COLUMN: &str = "t";
 
@@ -86,6 +89,9 @@ fn text_of<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, RecordingError> {
     if let Some(Kind { found, advice, .. }) = kind(bytes) {
         return Err(not_csv(found, advice));
     }
+    if is_wide(bytes) {
+        return Err(not_csv("UTF-16 text", "save it as UTF-8"));
+    }
     if bytes.contains(&0) {
         return Err(not_csv("binary data", "export the recording as CSV text"));
     }
@@ -93,6 +99,13 @@ fn text_of<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, RecordingError> {
         file: file.into(),
         line: 1 + line_ends(&bytes[..error.valid_up_to()]),
     })
+}
+
+/// UTF-16 without a byte-order mark: of the pairs of bytes that it begins with, one half is zero.
+fn is_wide(bytes: &[u8]) -> bool {
+    let (pairs, _) = bytes[..bytes.len().min(WIDE_HEAD)].as_chunks::<2>();
+    let zero_at = |side: usize| pairs.iter().all(|pair| pair[side] == 0 && pair[1 - side] != 0);
+    !pairs.is_empty() && (zero_at(0) || zero_at(1))
 }
 
 /// A table whose header line has been read.
@@ -186,7 +199,10 @@ impl<'a> Table<'a> {
             if !row_selected(selection, row) {
                 continue;
             }
-            self.check_width(&record, place)?;
+            self.check_width(&record, place, row)?;
+            if row == 0 {
+                self.check_numbers(&record, time_index, place)?;
+            }
             let time = self.time(&record[time_index], time_index, place)?;
             if !time_selected(selection, time) {
                 continue;
@@ -205,15 +221,38 @@ impl<'a> Table<'a> {
         &self,
         record: &::csv::StringRecord,
         place: Place,
+        rows: usize,
     ) -> Result<(), RecordingError> {
-        if record.len() == self.names.len() {
+        let (expected, found) = (self.names.len(), record.len());
+        if found == expected {
             return Ok(());
         }
-        Err(RecordingError::RaggedRow {
+        let (file, line) = (self.file.clone(), place.number());
+        let at_end = self.reader.position().byte() as usize == self.text.len();
+        if found < expected && rows > 0 && at_end && !self.text.ends_with(['\n', '\r']) {
+            return Err(RecordingError::CutRow { file, line, expected, found, rows });
+        }
+        Err(RecordingError::RaggedRow { file, line, expected, found })
+    }
+
+    /// That the first row is no row of units; one without a dimension may be called 1.
+    fn check_numbers(
+        &self,
+        record: &::csv::StringRecord,
+        time_index: usize,
+        place: Place,
+    ) -> Result<(), RecordingError> {
+        let begins_number = |first: char| first.is_ascii_digit() || "+-.".contains(first);
+        let is_word = |cell: &str| !cell.starts_with(begins_number);
+        let time = record[time_index].trim();
+        let no_number = record.iter().map(str::trim).all(|cell| cell == "1" || is_word(cell));
+        if is_missing(time) || !is_word(time) || !no_number {
+            return Ok(());
+        }
+        Err(RecordingError::WordsForNumbers {
             file: self.file.clone(),
             line: place.number(),
-            expected: self.names.len(),
-            found: record.len(),
+            found: quoted(&record.iter().collect::<Vec<_>>().join(", ")),
         })
     }
 

@@ -111,6 +111,36 @@ pub enum RecordingError {
         /// Number of cells in the row.
         found: usize,
     },
+    /// The file ends within its last row.
+    #[error(
+        "{file}, line {line}: the file ends within this row, after {found} of {expected} cells; was \
+         the recording interrupted? Remove the row, or select those before it with #rows=0..{rows}"
+    )]
+    CutRow {
+        /// The file.
+        file: String,
+        /// Line of the row.
+        line: usize,
+        /// Number of columns of the header.
+        expected: usize,
+        /// Number of cells in the row.
+        found: usize,
+        /// Number of rows before it.
+        rows: usize,
+    },
+    /// A row of units, or other words, stands between the header and the numbers.
+    #[error(
+        "{file}, line {line}: expected the first row of numbers, found words ({found}); if they are \
+         units, put a # in front of the line and state them in the model"
+    )]
+    WordsForNumbers {
+        /// The file.
+        file: String,
+        /// Line of the row.
+        line: usize,
+        /// What stands there, shortened where it is long.
+        found: String,
+    },
     /// A cell holds something else than a finite number.
     #[error(
         "{file}, line {line}, column '{column}': expected a number, found '{found}'; numbers are \

@@ -160,6 +160,47 @@ fn files_of_another_kind_are_recognised() {
 }
 
 #[test]
+fn what_other_programs_write_is_read_or_told() {
+    for (text, message) in [
+        ("t;x\n0,0;1,5\n0,1;1,6\n", "run.csv, line 2, column 't': expected a number"),
+        ("t,x\n0,1,5\n", "run.csv, line 2: expected 2 cells as in the header, found 3"),
+        (
+            "t,x,n\n[s],mm/s,1\n0,1,2\n",
+            "run.csv, line 2: expected the first row of numbers, found words ([s], mm/s, 1); if \
+             they are units, put a # in front of the line and state them in the model",
+        ),
+        (
+            "t,x\n0,1\n# pause\n0.5,3\n1.",
+            "run.csv, line 5: the file ends within this row, after 1 of 2 cells; was the recording \
+             interrupted? Remove the row, or select those before it with #rows=0..2",
+        ),
+        ("t,x\n0,1\n1.\n", "run.csv, line 3: expected 2 cells as in the header, found 1"),
+    ] {
+        let said = said(text, "");
+        assert!(said.starts_with(message), "{said}");
+    }
+    let before_the_cut = read("t,x\n0,1\n0.5,3\n1.", "#rows=0..2").unwrap();
+    assert_eq!(before_the_cut.time, [0.0, 0.5]);
+    let commented = read("t,x\n# s,mm\n0,1\n", "").unwrap();
+    assert_eq!(commented.time, [0.0]);
+    for encode in [u16::to_le_bytes, u16::to_be_bytes] {
+        let wide: Vec<u8> = "t,x\n0,1\n".encode_utf16().flat_map(encode).collect();
+        let error = read(wide, "").unwrap_err();
+        assert!(matches!(error, RecordingError::NotCsv { found: "UTF-16 text", .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_table_of_two_thousand_columns_is_read() {
+    let cells = |name: &dyn Fn(usize) -> String| (1..=2000).map(name).collect::<Vec<_>>().join(",");
+    let header = cells(&|k| format!("c{k}"));
+    let row = cells(&|k| k.to_string());
+    let wide = read(format!("t,{header}\n0,{row}\n1,{row}\n"), "").unwrap();
+    assert_eq!(wide.columns.len(), 2000);
+    assert_eq!(wide.column("c1999").unwrap(), [1999.0, 1999.0]);
+}
+
+#[test]
 fn writing_refuses_what_no_reader_would_take() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("out.csv");
@@ -275,6 +316,8 @@ fn answered(bytes: &[u8]) -> Result<(), TestCaseError> {
             | RecordingError::NoHeader { line, .. }
             | RecordingError::DuplicateColumn { line, .. }
             | RecordingError::RaggedRow { line, .. }
+            | RecordingError::CutRow { line, .. }
+            | RecordingError::WordsForNumbers { line, .. }
             | RecordingError::NotANumber { line, .. }
             | RecordingError::MissingTime { line, .. }
             | RecordingError::TimeNotIncreasing { line, .. }),
