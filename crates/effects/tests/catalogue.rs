@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 47] = [
+const DESIGNED: [&str; 48] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
