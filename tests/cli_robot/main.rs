@@ -12,6 +12,12 @@ use serde_json::Value;
 const PAYLOAD: &str = "class = \"payload\"\nchannel = \"lower\"\nmass = 0.3\ncom_x = 0.04\ncom_y = 0.0\n\
     com_z = -0.15\ngyration_radius = 0.02\n";
 const TILT: &str = "class = \"base_tilt\"\nchannel = \"base\"\npitch = 0.06\n";
+/// What nobody writes into a URDF: on every joint something.
+const MANY: &str = "class = \"coulomb_friction\"\nchannel = \"shoulder\"\nmagnitude = 0.5\n\
+    smoothing_velocity = 0.02\n[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"elbow\"\n\
+    magnitude = 0.3\nsmoothing_velocity = 0.02\n[[effect]]\nclass = \"viscous_friction\"\n\
+    channel = \"shoulder\"\ncoefficient = 0.7\n[[effect]]\nclass = \"added_inertia\"\n\
+    channel = \"elbow\"\ninertia = 0.03\n";
 /// The one finding of a diagnosis.
 fn finding(diagnosis: &Value) -> &Value {
     assert_eq!(diagnosis["verdict"], "missing_physics", "{diagnosis}");
@@ -97,6 +103,29 @@ fn a_robot_that_is_as_its_file_says_carries_nothing() {
     assert_eq!(diagnosis["verdict"], "no_mismatch", "{diagnosis}");
     let written = std::fs::read_to_string(bench.path("found/augmented.urdf")).expect("a file");
     assert_eq!(written, ARM);
+}
+
+/// A search that adds one effect a round would begin far from such a machine.
+#[test]
+fn what_all_joints_lack_is_named_together() {
+    let bench = Bench::new(MANY);
+    let diagnosis = bench.diagnosed();
+    let all = diagnosis["findings"].as_array().expect("a list");
+    let mut named = vec![];
+    for (class, channel, size, truth) in [
+        ("coulomb_friction", "shoulder", "magnitude", 0.5),
+        ("coulomb_friction", "elbow", "magnitude", 0.3),
+        ("viscous_friction", "shoulder", "coefficient", 0.7),
+        ("added_inertia", "elbow", "inertia", 0.03),
+    ] {
+        let found = all.iter().find(|f| f["class"] == class && f["channel"] == channel);
+        let found = found.unwrap_or_else(|| panic!("{class} on {channel}: {diagnosis}"));
+        let (value, std) = parameter(found, size);
+        assert!((value - truth).abs() < 4.0 * std && std < 0.1 * truth, "{found}");
+        named.push(found);
+    }
+    assert_eq!(named.len(), all.len(), "{diagnosis}");
+    bench.assert_predicts(5.0);
 }
 
 /// What is recorded under other names is found, what is not recorded is held still, and nothing is written over.

@@ -57,6 +57,15 @@ impl Default for Decision {
     }
 }
 
+impl Decision {
+    /// Nats by which an effect is missed that is beyond doubt: what formulas that are not quite reality's leave is
+    /// worth less.
+    #[must_use]
+    pub fn beyond_doubt(&self) -> f64 {
+        20.0 * self.prior_odds
+    }
+}
+
 /// A field that is a real number.
 macro_rules! real {
     ($name:ident) => {

@@ -15,6 +15,7 @@
 //! | smoothed motion q, q' | [`trajectories::SmoothedRecording`] |
 //! | missing force r(t) = f(x(t)) + remainder along the measured motion | [`missing_force::MissingForce`] |
 //! | law b with shape s, priors of a and s | [`lacuna_effects::Effect`], [`candidates::Term`] |
+//! | laws of a robot's joints together, in the weak form | [`missing_force::laws`] |
 //! | likelihood of the differential equation, evidence Z | [`likelihood`] |
 //! | occupation functionals with the Green's function as test function | [`screen::Screen`] |
 //! | forward selection, rivals, what is missed, folds | [`search::Search`] |

@@ -1,4 +1,8 @@
-//! Dry friction between two coordinates: `magnitude tanh((v_j - v_i) / smoothing_velocity)`.
+//! Dry friction between two coordinates: `magnitude tanh((ratio v_j - v_i) / smoothing_velocity)`.
+//!
+//! What rubs moves with `ratio v_j - v_i`: 1 where one coordinate rubs on the other, -1 where a gear adds their
+//! motions, as in the wrist of a robot whose last motor drives through the joint before. The other coordinate
+//! gets `-ratio` times the force, so that friction only ever takes power.
 
 use crate::dry_friction::{SMOOTHING_VELOCITY, smooth_sign, smoothing_prior, smoothing_velocities};
 use crate::{
@@ -9,10 +13,11 @@ use crate::{
 pub(crate) static EFFECT: Effect = Effect {
     class: "coupling_friction",
     words: "dry friction between two coordinates",
-    formula: "magnitude tanh((v_j - v_i) / smoothing_velocity)",
+    formula: "magnitude tanh((ratio v_j - v_i) / smoothing_velocity)",
     parameters: &[
         Parameter::new("magnitude", Dimension::FORCE, Range::NonNegative),
         SMOOTHING_VELOCITY,
+        Parameter::new("ratio", Dimension::NUMBER, Range::Any).or(1.0),
     ],
     depends_on: &[Variable::Velocity, Variable::OtherVelocity],
     acts: Acts::Coordinates,
@@ -22,16 +27,23 @@ pub(crate) static EFFECT: Effect = Effect {
     nature: Nature::PLAIN,
 };
 
+/// Ratios that are looked for.
+const RATIOS: [f64; 2] = [1.0, -1.0];
+
 #[derive(Debug)]
 struct CouplingFriction;
 
 impl ForceLaw for CouplingFriction {
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        [smooth_sign(at.other_v(0) - at.v(), shape[0])]
+        [smooth_sign(shape[1] * at.other_v(0) - at.v(), shape[0])]
     }
 
     fn reacts(&self) -> bool {
         true
+    }
+
+    fn passed_on<T: Number>(&self, shape: &[T]) -> T {
+        shape[1]
     }
 }
 
@@ -42,9 +54,10 @@ fn relative(scales: &Scales) -> Scales {
 
 fn priors(scales: &Scales) -> Vec<Prior> {
     let relative = relative(scales);
-    vec![Prior::magnitude(relative.force), smoothing_prior(&relative)]
+    vec![Prior::magnitude(relative.force), smoothing_prior(&relative), Prior::Fixed]
 }
 
 fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
-    smoothing_velocities(&relative(scales)).map(|v_s| vec![v_s]).to_vec()
+    let velocities = smoothing_velocities(&relative(scales));
+    RATIOS.iter().flat_map(|ratio| velocities.map(|v_s| vec![v_s, *ratio])).collect()
 }

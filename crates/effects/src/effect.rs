@@ -80,6 +80,8 @@ pub struct Nature {
     pub ideal: &'static [f64],
     /// How far from rest, as a standard deviation, the memory may begin, given its shape.
     pub memory_spread: fn(&[f64], &Scales, &mut [f64]),
+    /// Value of its first parameter with which it does nothing: 0 of a force, 1 of a gain, infinite of a limit.
+    pub absent: f64,
     /// What the file of a robot can say of it, on a joint or its input; of effects on structure their
     /// numbers say it ([`crate::StructureLaw::numbers`]).
     pub stated: Option<Stated>,
@@ -94,6 +96,7 @@ impl Nature {
         onset: None,
         ideal: &[0.0],
         memory_spread: |_, scales, spread| spread.fill(0.5 * scales.half_range()),
+        absent: 0.0,
         stated: None,
     };
 }

@@ -15,7 +15,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Input(&GainError),
     priors,
     shapes,
-    nature: Nature { stated: Some(Stated::all(Quantity::Gain)), ..Nature::PLAIN },
+    nature: Nature { absent: 1.0, stated: Some(Stated::all(Quantity::Gain)), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

@@ -78,6 +78,7 @@ mod sensor_dead_zone;
 mod sensor_delay;
 mod sensor_scale;
 mod sine;
+mod size;
 mod spill;
 mod stated;
 mod step_change;

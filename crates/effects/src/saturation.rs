@@ -15,7 +15,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Input(&Saturation),
     priors,
     shapes,
-    nature: Nature::PLAIN,
+    nature: Nature { absent: f64::INFINITY, ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

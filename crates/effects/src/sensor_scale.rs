@@ -15,7 +15,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Sensor(&SensorScale),
     priors,
     shapes: one_shape,
-    nature: Nature { ideal: &[1.0], ..Nature::PLAIN },
+    nature: Nature { ideal: &[1.0], absent: 1.0, ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

@@ -108,7 +108,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("time_friction", &["N", "N", "s", "m/s", "s"], &["N m", "N m", "s", "rad/s", "s"]),
         ("lugre_friction", &["N", "1", "m/s", "m"], &["N m", "1", "rad/s", "rad"]),
         ("maxwell_slip", &["N", "m"], &["N m", "rad"]),
-        ("coupling_friction", &["N", "m/s"], &["N m", "rad/s"]),
+        ("coupling_friction", &["N", "m/s", "1"], &["N m", "rad/s", "1"]),
         ("transmission_backlash", &["N/m", "m"], &["N m/rad", "rad"]),
         ("quadratic_drag", &["N s^2/m^2"], &["N m s^2/rad^2"]),
         ("position_damping", &["N s/m^3"], &["N m s/rad^3"]),

@@ -134,7 +134,12 @@ fn an_added_inertia_resists_acceleration() {
 fn couplings_obey_their_formulas() {
     obeys("coupling_stiffness", &[3.0], |p| 3.0 * (p.other_q - p.q));
     obeys("coriolis_coupling", &[0.4], |p| 0.4 * p.v * p.other_v);
-    obeys("coupling_friction", &[0.7, 0.05], |p| 0.7 * ((p.other_v - p.v) / 0.05).tanh());
+    for ratio in [1.0, -1.0, 0.4] {
+        let slip = |p: &Local| ratio * p.other_v - p.v;
+        obeys("coupling_friction", &[0.7, 0.05, ratio], |p| 0.7 * (slip(p) / 0.05).tanh());
+        // What it does to both together takes power, whichever way they move.
+        assert_eq!(law("coupling_friction").plain().passed_on(&[0.05, ratio]), ratio);
+    }
     assert!(law("coupling_stiffness").reacts() && law("coupling_friction").reacts());
     assert!(!law("coriolis_coupling").reacts());
 }
@@ -162,7 +167,8 @@ fn a_spill_is_an_overflow_that_arrives_elsewhere() {
     assert!(law.reacts());
     assert_eq!(law.plain().passed_on(&[0.5, 0.7]), 0.7);
     // Whatever else reacts gives back all.
-    for (class, law) in force_laws().filter(|(class, _)| *class != "spill") {
+    let shared = ["spill", "coupling_friction"];
+    for (class, law) in force_laws().filter(|(class, _)| !shared.contains(class)) {
         assert_eq!(law.plain().passed_on(&some_physical(class)), 1.0, "{class}");
     }
 }

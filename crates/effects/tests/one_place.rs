@@ -1,5 +1,5 @@
 //! A new effect touches its file, its line in the catalogue and its test: no other source knows
-//! an effect by name, and README lists the catalogue.
+//! an effect by name, and the guide lists the catalogue.
 
 use lacuna_effects::{Acts, CATALOGUE};
 use std::path::{Path, PathBuf};
@@ -59,12 +59,12 @@ fn every_effect_has_a_file_and_a_line() {
     }
 }
 
-/// The table of README, row by row: class, what it acts on, law.
+/// The table of the guide, row by row: class, what it acts on, law.
 #[test]
-fn readme_lists_the_catalogue() {
-    let readme = std::fs::read_to_string(root().join("README.md")).expect("README.md");
-    let section = readme.split("## The catalogue").nth(1).expect("a section on the catalogue");
-    let rows: Vec<&str> = section
+fn guide_lists_the_catalogue() {
+    let page = std::fs::read_to_string(root().join("docs/guide/catalogue.md"))
+        .expect("the guide's page on the catalogue");
+    let rows: Vec<&str> = page
         .lines()
         .skip_while(|l| !l.starts_with("| `"))
         .take_while(|l| l.starts_with('|'))

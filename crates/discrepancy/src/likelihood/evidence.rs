@@ -14,8 +14,10 @@
 //! in a row say the same, are worth one sample of the noise in T = s c. It belongs to what is
 //! compared, not to one of the hypotheses: all are judged by what the one that fits best leaves.
 
-use super::Fit;
+use super::{Fit, Free, What};
 use crate::colour::{RELIABLE, ROUGH, colour};
+use lacuna_effects::Law;
+use nalgebra::{DMatrix, DVector};
 
 impl Fit<'_> {
     /// Mean square of the residual in units of the noise.
@@ -81,6 +83,35 @@ impl Fit<'_> {
     #[must_use]
     pub fn hope(&self, temperature: f64) -> f64 {
         self.log_evidence(temperature) + 0.5 * self.promised / temperature
+    }
+
+    /// Nats by which this fit is ahead of the same without effect `k`, by the densities that prior and posterior
+    /// have where its amplitudes vanish (Savage and Dickey): as exact as the posterior is normal. None where it
+    /// has no amplitudes that are fitted.
+    #[must_use]
+    pub fn missed(&self, k: usize, temperature: f64) -> Option<f64> {
+        let h = &self.hypothesis;
+        let amplitudes = match h.supposed().get(k)?.effect.law {
+            Law::Force(law) => law.amplitudes(),
+            Law::Structure(law) => law.amplitudes(),
+            Law::Input(_) | Law::Sensor(_) => return None,
+        };
+        let own =
+            |f: &Free| matches!(f.what, What::Effect(e, j) if e == h.own + k && j < amplitudes);
+        let entries: Vec<usize> =
+            (0..h.free.len()).filter(|&i| own(&h.free[i]) && !h.free[i].logarithmic).collect();
+        if entries.is_empty() {
+            return None;
+        }
+        let all = self.precision.covariance(temperature)?;
+        let n = entries.len();
+        let covariance = DMatrix::from_fn(n, n, |i, j| all[(entries[i], entries[j])]);
+        let theta = h.theta();
+        let z = DVector::from_fn(n, |i, _| theta[entries[i]] / h.free[entries[i]].sd);
+        let factor = covariance.cholesky()?;
+        let log: f64 = factor.l().diagonal().map(f64::ln).sum();
+        let sides = entries.iter().filter(|i| h.free[**i].bounds.0 == 0.0).count() as f64;
+        Some(0.5 * z.dot(&factor.solve(&z)) + log + sides * std::f64::consts::LN_2)
     }
 
     /// Nats by which this fit is ahead of another in the same windows, both judged by what this

@@ -156,9 +156,23 @@ impl<'p> Fit<'p> {
     ) -> Result<Self, FitError> {
         let windowed = Windowed::smoothed(problem, level);
         let states = Effort { steps: 4, least: 1.0 };
-        let steps = problem.substeps(&hypothesis.parameters, &hypothesis.effects);
+        let steps = problem.substeps(&hypothesis.parameters, &hypothesis.effects, false);
         let held = minimise(problem, hypothesis.clone().held(), windowed, (None, steps), states)?;
         minimise(problem, hypothesis, held.windowed, (None, steps), FULL)
+    }
+
+    /// A hypothesis as it is, along the smoothed motion in windows of a level: what filters begin from.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn still(
+        problem: &'p Problem<'p>,
+        hypothesis: Hypothesis,
+        level: u32,
+    ) -> Result<Self, FitError> {
+        let windowed = Windowed::smoothed(problem, level);
+        let steps = problem.substeps(&hypothesis.parameters, &hypothesis.effects, true);
+        minimise(problem, hypothesis, windowed, (None, steps), STILL)
     }
 
     /// Fit the same hypothesis for a machine that is driven by noise.
@@ -171,7 +185,8 @@ impl<'p> Fit<'p> {
         effort: Effort,
     ) -> Result<Self, FitError> {
         let (h, windowed) = (self.hypothesis.clone(), self.windowed.clone());
-        minimise(self.problem, h, windowed, (noise, self.substeps), effort)
+        let steps = self.steps_under(noise.is_some());
+        minimise(self.problem, h, windowed, (noise, steps), effort)
     }
 
     /// Fit another hypothesis from here, in the same windows.
@@ -180,7 +195,7 @@ impl<'p> Fit<'p> {
     /// [`FitError`].
     pub fn refit(&self, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {
         let windowed = self.kept_memory(&h);
-        let steps = self.problem.substeps(&h.parameters, &h.effects);
+        let steps = self.problem.substeps(&h.parameters, &h.effects, self.noise.is_some());
         minimise(self.problem, h, windowed, (self.noise.clone(), steps), effort)
     }
 
@@ -200,7 +215,15 @@ impl<'p> Fit<'p> {
     /// [`FitError`].
     pub fn undriven(&self, level: u32, effort: Effort) -> Result<Self, FitError> {
         let (h, windowed) = (self.hypothesis.clone(), self.windows_at(level)?);
-        minimise(self.problem, h, windowed, (None, self.substeps), effort)
+        minimise(self.problem, h, windowed, (None, self.steps_under(false)), effort)
+    }
+
+    /// Runge-Kutta steps a sample where noise drives the machine, or none does.
+    fn steps_under(&self, noise: bool) -> usize {
+        if noise == self.noise.is_some() {
+            return self.substeps;
+        }
+        self.problem.substeps(&self.hypothesis.parameters, &self.hypothesis.effects, noise)
     }
 
     /// Windows of another level; what nothing measures begins on this fit's path.
@@ -253,7 +276,8 @@ impl<'p> Fit<'p> {
         effort: Effort,
     ) -> Result<Self, FitError> {
         // What runs free is not corrected.
-        let minimisation = Minimisation::new(self.problem, hypothesis, windowed, self.substeps);
+        let steps = self.steps_under(false);
+        let minimisation = Minimisation::new(self.problem, hypothesis, windowed, steps);
         Minimisation { anchored: true, ..minimisation }.run(effort)
     }
 
@@ -302,7 +326,7 @@ impl<'p> Fit<'p> {
         let count: usize = self.windowed.windows.iter().map(Vec::len).sum();
         let every = (count / FEWEST).clamp(1, OF);
         let marked: Vec<bool> = (0..count).map(|k| k % every == 0).collect();
-        let steps = self.problem.substeps(&h.parameters, &h.effects);
+        let steps = self.problem.substeps(&h.parameters, &h.effects, self.noise.is_some());
         self.in_part(h, &marked, steps, effort)
     }
 

@@ -21,10 +21,14 @@ use lacuna_plants::model::{
     Direction, Measured, StepInput, Strand, System, Workspace, advance_together,
 };
 use pulp::Simd;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A recording's maps from sample to sample.
+#[derive(Clone)]
 pub struct Maps {
+    /// The first sample that they are of.
+    first: usize,
     /// Length of d: the machine's state and the memory of effects.
     pub width: usize,
     /// Columns of one map: d, forces, inputs.
@@ -84,7 +88,8 @@ impl Maps {
         Self::not_knowing(run, noise, &vec![0.0; width])
     }
 
-    /// The same where the state's entries have these variances at the beginning of each window.
+    /// The same where the state's entries have these variances at the beginning of each window. Without memory,
+    /// which runs on from window to window, pieces of the recording are run through side by side.
     ///
     /// # Errors
     /// [`Diverged`].
@@ -101,31 +106,43 @@ impl Maps {
         let columns = first_input + model.inputs.len();
         let seen = if problem.observation.sees_forces() { first_input } else { machine };
         let entry = |o: &crate::Output| if let Measured::State(i) = o.of { Some(i) } else { None };
-        let maps = Self {
+        let mut maps = Self {
+            first: 0,
             width,
             columns,
-            steps: vec![0.0; observed.len() * width * columns],
+            steps: vec![],
             slopes: vec![],
             seen,
             entries: problem.dataset.outputs.iter().map(entry).collect(),
             first_input,
             weights: problem.weights.clone(),
-            path: Vec::with_capacity(observed.len() * width),
+            path: vec![],
             inputs: problem.effective_inputs(&run.hypothesis.effects, observed),
             filters: vec![],
         };
-        let chunks = (0..columns.div_ceil(LANES)).map(|c| Chunk::new(run, c * LANES, width));
-        let chunks = chunks.collect();
-        let h = run.hypothesis;
-        let system = System::with(model, &h.parameters, &h.effects);
-        let mut making = Linearising { run, noise, variances, system, chunks, maps };
-        let mut memory = run.starts.memory.clone();
-        for (w, x) in run.windows.iter().zip(&run.starts.machine) {
-            let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
-            making.window(w, &mut state)?;
-            memory.copy_from_slice(&state[machine..]);
+        const PIECES: usize = 4;
+        let most = if run.starts.memory.is_empty() { PIECES } else { 1 };
+        let length = run.windows.len().div_ceil(most).max(1);
+        let pieces = run.windows.par_chunks(length).zip(run.starts.machine.par_chunks(length));
+        let pieces =
+            pieces.map(|piece| Linearising::new(run, (noise, variances), &maps).through(piece));
+        let pieces: Result<Vec<Self>, Diverged> = pieces.collect();
+        maps.steps = vec![0.0; observed.len() * width * columns];
+        pieces?.into_iter().for_each(|piece| maps.take(piece));
+        Ok(maps)
+    }
+
+    /// What a piece of the recording has found.
+    fn take(&mut self, piece: Self) {
+        let at = piece.first * self.width * self.columns;
+        self.steps[at..at + piece.steps.len()].copy_from_slice(&piece.steps);
+        if !piece.slopes.is_empty() {
+            let at = piece.first * self.entries.len() * self.seen;
+            self.slopes.resize(at, 0.0);
+            self.slopes.extend(piece.slopes);
         }
-        Ok(making.maps)
+        self.path.extend(piece.path);
+        self.filters.extend(piece.filters);
     }
 
     /// Rows of C at a sample, in units of the noise: one of `width` an output.
@@ -147,14 +164,15 @@ impl Maps {
     /// Derivatives of an output at a sample that is no entry of the state.
     #[inline(always)]
     fn slopes_at(&self, k: usize, output: usize) -> &[f64] {
-        let at = (k * self.entries.len() + output) * self.seen;
+        let at = ((k - self.first) * self.entries.len() + output) * self.seen;
         &self.slopes[at..at + self.seen]
     }
 
     /// The map of the step that follows a sample, row-major `width x columns`.
     pub(super) fn step(&self, k: usize) -> &[f64] {
         let size = self.width * self.columns;
-        &self.steps[k * size..(k + 1) * size]
+        let at = (k - self.first) * size;
+        &self.steps[at..at + size]
     }
 
     /// Number of its columns.
@@ -313,7 +331,36 @@ impl Chunk {
     }
 }
 
-impl Linearising<'_> {
+impl<'r> Linearising<'r> {
+    /// The filters' noise, and the variances of the state's entries where windows begin.
+    fn new(
+        run: &'r Run<'r>,
+        (noise, variances): (Option<&'r ProcessNoise>, &'r [f64]),
+        maps: &Maps,
+    ) -> Self {
+        let chunks =
+            (0..maps.columns.div_ceil(LANES)).map(|c| Chunk::new(run, c * LANES, maps.width));
+        let (chunks, h) = (chunks.collect(), run.hypothesis);
+        let system = System::with(run.problem.model, &h.parameters, &h.effects);
+        Self { run, noise, variances, system, chunks, maps: maps.clone() }
+    }
+
+    /// Run through windows one after the other, each from its own state.
+    fn through(mut self, (windows, starts): (&[Window], &[Vec<f64>])) -> Result<Maps, Diverged> {
+        let machine = self.run.problem.model.machine_states();
+        let end = windows.last().map_or(0, |w| w.range.end);
+        self.maps.first = windows.first().map_or(0, |w| w.range.start);
+        let size = self.maps.width * self.maps.columns;
+        self.maps.steps = vec![0.0; (end - self.maps.first) * size];
+        let mut memory = self.run.starts.memory.clone();
+        for (w, x) in windows.iter().zip(starts) {
+            let mut state: Vec<f64> = x.iter().chain(&memory).copied().collect();
+            self.window(w, &mut state)?;
+            memory.copy_from_slice(&state[machine..]);
+        }
+        Ok(self.maps)
+    }
+
     /// Run through a window from a whole state, which is left at its end.
     fn window(&mut self, w: &Window, state: &mut [f64]) -> Result<(), Diverged> {
         let inputs = self.inputs_along(w);
@@ -373,8 +420,8 @@ impl Linearising<'_> {
     ) -> Result<(), Diverged> {
         let (run, maps) = (self.run, &mut self.maps);
         let times = &run.observed().times;
-        let size = maps.width * maps.columns;
-        let map = &mut maps.steps[k * size..(k + 1) * size];
+        let (size, row) = (maps.width * maps.columns, k - maps.first);
+        let map = &mut maps.steps[row * size..(row + 1) * size];
         let span = (times[k], times[k + 1]);
         for chunk in &mut self.chunks {
             for (i, x) in state.iter().enumerate() {
@@ -409,14 +456,15 @@ impl Linearising<'_> {
             maps.inputs[k * m..(k + 1) * m].iter().map(|&u| Dual::constant(u)).collect();
         let mut y = vec![Dual::constant(0.0); count];
         let seen = maps.seen;
-        maps.slopes.resize((k + 1) * count * seen, 0.0);
+        let at = k - maps.first;
+        maps.slopes.resize((at + 1) * count * seen, 0.0);
         for chunk in self.chunks.iter().take_while(|c| c.first < seen) {
             let x: Vec<Dual> = state.iter().enumerate().map(|(i, x)| chunk.seed(*x, i)).collect();
             let t = self.run.observed().times[k];
             problem.observation.evaluate(&chunk.system, t, &x, &u, &mut y);
             let last = (chunk.first + LANES).min(seen);
             for (o, y) in y.iter().enumerate() {
-                let row = (k * count + o) * seen;
+                let row = (at * count + o) * seen;
                 for i in chunk.first..last {
                     maps.slopes[row + i] = y.tangent[i - chunk.first];
                 }

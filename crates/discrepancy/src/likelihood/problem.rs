@@ -16,6 +16,8 @@ use lacuna_recordings::{Sampling, estimate_noise_pooled};
 
 /// One value in so many is left out at either end of a channel's range.
 const ENDS: usize = 2000;
+/// Samples of a recording at which the model's forces are looked at.
+const POINTS: usize = 60;
 
 /// A model and the recordings that it is compared with.
 pub struct Problem<'a> {
@@ -179,15 +181,19 @@ impl<'a> Problem<'a> {
         self.channels[channel].force
     }
 
-    /// Runge-Kutta steps a sample that a model needs.
+    /// Runge-Kutta steps a sample that a model needs: fewer where it is `corrected` at every sample, as a filter
+    /// does.
     #[must_use]
-    pub fn substeps(&self, parameters: &[f64], effects: &[ModelEffect]) -> usize {
+    pub fn substeps(&self, parameters: &[f64], effects: &[ModelEffect], corrected: bool) -> usize {
         // A twentieth of the noise: a search need not be finer.
         const TOLERANCE: f64 = 0.05;
         const MOST: usize = 16;
-        Predictor::with_substeps(self.model, parameters, effects, self.dataset, 1)
-            .needed_substeps(TOLERANCE, MOST)
-            .steps_a_sample
+        let p = Predictor::with_substeps(self.model, parameters, effects, self.dataset, 1);
+        let needed = match corrected && self.is_robot() {
+            true => p.needed_from_sample_to_sample(&self.smoothed[0], (TOLERANCE, MOST)),
+            false => p.needed_substeps(TOLERANCE, MOST),
+        };
+        needed.steps_a_sample
     }
 
     /// Half the range of an entry of the machine's state.
@@ -243,7 +249,9 @@ impl<'a> Problem<'a> {
                 stroke: self.stroke(c),
                 v: deviation(&v),
                 acceleration,
-                force: self.measured_force(c).unwrap_or(acceleration / mobility[c]),
+                force: self
+                    .measured_force(c)
+                    .unwrap_or_else(|| (acceleration / mobility[c]).max(self.balanced(c))),
                 other: (1.0, 1.0, 1.0),
                 apart: (1.0, 1.0),
                 input: (0.0, 0.0),
@@ -253,6 +261,46 @@ impl<'a> Problem<'a> {
             }
         };
         (0..self.model.channels()).map(scale).collect()
+    }
+
+    /// Whether the equations of motion are those of a robot's tree of links.
+    #[must_use]
+    pub fn is_robot(&self) -> bool {
+        self.model.dynamics().tree().is_some()
+    }
+
+    /// The force of the inputs on a joint of a robot, which friction may balance: links of a wrist that weigh next
+    /// to nothing say nothing of it.
+    fn balanced(&self, channel: usize) -> f64 {
+        if self.is_robot() { self.applied(channel) } else { 0.0 }
+    }
+
+    /// Standard deviation of the force that the inputs exert on a channel: where most of it is balanced by what
+    /// the model does not know, nothing moves.
+    fn applied(&self, channel: usize) -> f64 {
+        let (model, n) = (self.model, self.model.coordinates.len());
+        let (states, m) = (model.machine_states(), model.inputs.len());
+        let parameters = model.with_structure(&model.values(), &model.effects);
+        let dynamics = model.dynamics();
+        let bound = dynamics.bind(&parameters);
+        let mut room = bound.room();
+        let mut rates = vec![0.0; dynamics.sizes().rates()];
+        let mut all = vec![];
+        for s in &self.smoothed {
+            for k in (0..s.len()).step_by(s.len().div_ceil(POINTS)) {
+                let width = model.input_width();
+                let mut variables = s.state(k).to_vec();
+                variables.extend_from_slice(&s.inputs[k * width..k * width + m]);
+                variables.push(s.times[k]);
+                bound.evaluate(&mut room, &variables, &mut rates);
+                let with = rates[n * n + channel];
+                variables[states..states + m].fill(0.0);
+                bound.evaluate(&mut room, &variables, &mut rates);
+                all.push(with - rates[n * n + channel]);
+            }
+        }
+        let applied = deviation(&all);
+        if applied.is_finite() { applied } else { 0.0 }
     }
 
     /// What the smoothed states of all recordings say of something.
@@ -286,7 +334,6 @@ impl<'a> Problem<'a> {
 
     /// Acceleration per unit of force on each channel, in the mean along the recordings.
     pub(super) fn mobility(&self) -> Vec<f64> {
-        const POINTS: usize = 60;
         let (model, n) = (self.model, self.model.coordinates.len());
         let at = |c: usize| {
             let push = [(Direction::Force(c), 0)];

@@ -39,6 +39,7 @@
 //! | int phi f(x) dt by values at knots | `knots` |
 //! | marginal likelihood, posterior | `evidence` ([`lacuna_occupation::identification::evidence`]) |
 //! | which variables | `choice` |
+//! | laws of all channels together: columns c_k, sets of them | [`laws`], `columns`, `subset` |
 //! | f with its standard deviation where the recordings went | [`Learned`] |
 //!
 //! On an imposed coordinate the force f is measured that moves it, `y = h(x, f)`: there
@@ -52,11 +53,14 @@
 
 mod along;
 mod choice;
+mod columns;
 mod curve;
 mod evidence;
 mod knots;
+mod laws;
 mod measured;
 mod rows;
+mod subset;
 mod windows;
 
 use crate::likelihood::Problem;
@@ -70,6 +74,7 @@ use knots::Knots;
 use lacuna_effects::Law;
 use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
+pub use laws::{Instead, Obeyed, laws};
 use rayon::prelude::*;
 use rows::{Rows, window_intervals};
 

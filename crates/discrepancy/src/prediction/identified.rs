@@ -44,7 +44,9 @@ impl<'a> IdentifiedPredictor<'a> {
             let starts = substeps::stretches(observed).map(|s| (driving.guess(s.start), s));
             let needed =
                 substeps::fewest(dataset, (substeps::TOLERANCE, substeps::MOST), |steps| {
-                    starts.each_ref().map(|(state, s)| driving.run_with(s.clone(), state, steps))
+                    let run =
+                        |(x, s): &(Vec<f64>, Range<usize>)| driving.run_with(s.clone(), x, steps);
+                    starts.iter().map(run).collect()
                 });
             this.substeps = needed.steps_a_sample;
         }

@@ -4,6 +4,7 @@ use super::state::{self, Runner};
 use super::{Prediction, Series, substeps};
 use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
+use crate::trajectories::SmoothedRecording;
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect, sensed};
 use lacuna_plants::{Model, System};
@@ -81,10 +82,46 @@ impl<'a> Predictor<'a> {
         let driven = self.drive(observed);
         let starts = substeps::stretches(observed).map(|s| (self.guess(observed, s.start), s));
         substeps::fewest(self.dataset, (tolerance, most), |steps| {
-            starts.each_ref().map(|(state, s)| {
+            let run = |(state, s): &(Vec<f64>, Range<usize>)| {
                 self.run(&self.plain, &driven, (s.clone(), steps), &mut state.clone())
-            })
+            };
+            starts.iter().map(run).collect()
         })
+    }
+
+    /// The same from one sample to the next alone, along a motion of the machine in the first recording: what is
+    /// corrected at every sample carries its errors no further.
+    pub(crate) fn needed_from_sample_to_sample(
+        &self,
+        motion: &SmoothedRecording,
+        (tolerance, most): (f64, usize),
+    ) -> Integration {
+        let Some(observed) = self.dataset.recordings.first() else { return self.integration };
+        let driven = self.drive(observed);
+        let places = self.telling(motion);
+        substeps::fewest(self.dataset, (tolerance, most), |steps| {
+            let run = |&k: &usize| {
+                let mut state = self.plain.system.at_rest(motion.state(k));
+                self.run(&self.plain, &driven, (k..k + 2, steps), &mut state)
+            };
+            places.iter().map(run).collect()
+        })
+    }
+
+    /// Samples along a motion that tell how many steps it needs: some spread evenly, and those where each
+    /// coordinate is slowest, since friction is stiff where a joint turns.
+    fn telling(&self, motion: &SmoothedRecording) -> Vec<usize> {
+        const EVENLY: usize = 96;
+        const SLOWEST: usize = 8;
+        let (n, last) = (self.model.coordinates.len(), motion.len().saturating_sub(1));
+        let mut places: Vec<usize> = (0..last).step_by((last / EVENLY).max(1)).collect();
+        for coordinate in 0..n {
+            let speed = |k: &usize| motion.state(*k)[n + coordinate].abs();
+            let mut all: Vec<usize> = (0..last).collect();
+            all.sort_by(|a, b| speed(a).total_cmp(&speed(b)));
+            places.extend(all.iter().take(SLOWEST));
+        }
+        places
     }
 
     /// How its predictions are integrated.

@@ -22,7 +22,7 @@ pub(super) fn stretches(observed: &Observed) -> [Range<usize>; 3] {
 pub(super) fn fewest(
     dataset: &Dataset,
     (tolerance, most): (f64, usize),
-    runs: impl Fn(usize) -> [Series; 3],
+    runs: impl Fn(usize) -> Vec<Series>,
 ) -> Integration {
     let mut substeps = 1;
     let mut coarse = runs(substeps);

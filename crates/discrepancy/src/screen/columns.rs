@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 impl Candidate {
     /// Columns of a term's amplitudes: of a force law its own, of other laws one.
-    pub(super) fn amplitudes(&self) -> usize {
+    pub(crate) fn amplitudes(&self) -> usize {
         match self.effect.law {
             Law::Force(law) => law.amplitudes(),
             Law::Structure(law) => law.amplitudes(),

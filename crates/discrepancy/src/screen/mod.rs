@@ -20,7 +20,7 @@ mod columns;
 mod curves;
 mod local;
 mod lost;
-mod structure;
+pub(crate) mod structure;
 mod surface;
 
 use crate::candidates::{Candidate, Term};
@@ -142,7 +142,7 @@ impl<'p> Screen<'p> {
     }
 
     fn scored(&self, term: &Term, normal: &Amplitudes) -> Option<Scored> {
-        let (sd, magnitude) = self.priors(term);
+        let (sd, magnitude) = priors(self.problem, &term.candidate);
         let Solved { gain, amplitudes, covariance, theta } = self.solve(normal, &sd)?;
         let std = (0..amplitudes.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
         let wrong = magnitude && amplitudes.iter().sum::<f64>() < 0.0;
@@ -150,31 +150,6 @@ impl<'p> Screen<'p> {
         let sides = if magnitude { amplitudes.len() as f64 } else { 0.0 };
         let gain = gain + sides * std::f64::consts::LN_2;
         (!wrong).then(|| Scored { term: term.clone(), gain, amplitudes, std, theta })
-    }
-
-    /// Prior standard deviations of the amplitudes, and whether they are magnitudes, which cannot
-    /// be negative.
-    fn priors(&self, term: &Term) -> (Vec<f64>, bool) {
-        let Candidate { effect, channel, other } = term.candidate;
-        let priors = (effect.priors)(&self.problem.scales(effect, channel, other));
-        let sd = |p: &Prior| match *p {
-            Prior::Normal { sd, .. } => sd,
-            Prior::LogNormal { .. } | Prior::Fixed => 1.0,
-        };
-        match effect.law {
-            Law::Force(_) | Law::Structure(_) => {
-                let own = &priors[..term.candidate.amplitudes()];
-                let positive =
-                    own.iter().all(|p| matches!(p, Prior::Normal { low, .. } if *low >= 0.0));
-                (own.iter().map(sd).collect(), positive)
-            }
-            // How much of the law acts: none at 0, all at 1.
-            Law::Input(_) => (vec![1.0], true),
-            Law::Sensor(_) => {
-                let positive = matches!(priors[0], Prior::Normal { low, .. } if low == 0.0);
-                (vec![sd(&priors[0])], positive)
-            }
-        }
     }
 
     fn solve(&self, a: &Amplitudes, sd: &[f64]) -> Option<Solved> {
@@ -227,6 +202,31 @@ impl<'p> Screen<'p> {
         let plus = |a: Vec<Amplitudes>, b| a.into_iter().zip(b).map(|(a, b)| a.plus(b)).collect();
         let sums = parts.reduce(plus).unwrap_or_default();
         sums.into_iter().map(|a| a.is_finite().then_some(a)).collect()
+    }
+}
+
+/// Prior standard deviations of a candidate's amplitudes, and whether they are magnitudes, which cannot
+/// be negative.
+pub(crate) fn priors(problem: &Problem, candidate: &Candidate) -> (Vec<f64>, bool) {
+    let &Candidate { effect, channel, other } = candidate;
+    let priors = (effect.priors)(&problem.scales(effect, channel, other));
+    let sd = |p: &Prior| match *p {
+        Prior::Normal { sd, .. } => sd,
+        Prior::LogNormal { .. } | Prior::Fixed => 1.0,
+    };
+    match effect.law {
+        Law::Force(_) | Law::Structure(_) => {
+            let own = &priors[..candidate.amplitudes()];
+            let positive =
+                own.iter().all(|p| matches!(p, Prior::Normal { low, .. } if *low >= 0.0));
+            (own.iter().map(sd).collect(), positive)
+        }
+        // How much of the law acts: none at 0, all at 1.
+        Law::Input(_) => (vec![1.0], true),
+        Law::Sensor(_) => {
+            let positive = matches!(priors[0], Prior::Normal { low, .. } if low == 0.0);
+            (vec![sd(&priors[0])], positive)
+        }
     }
 }
 

@@ -16,8 +16,11 @@ use super::{Amplitudes, Posterior, Scored, Screen};
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::lanes::Lanes;
 use crate::likelihood::maps::{Drive, Driven};
+use crate::trajectories::SmoothedRecording;
 use lacuna_effects::{AnyStructureLaw, Law, Prior};
 use lacuna_numbers::{Dual, LANES, Linear, Number};
+use lacuna_plants::Model;
+use lacuna_plants::model::ModelEffect;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -47,7 +50,7 @@ impl Screen<'_> {
         let shape = &priors[law.amplitudes()..];
         let numbers = self.numbers(c)?;
         let alone = self.beside_theta(&numbers)?;
-        let sd = self.priors(term).0;
+        let sd = super::priors(self.problem, c).0;
         let log_probability = |at: &[f64]| {
             let off: f64 = at.iter().map(|x| x * x).sum();
             let own = alone.through(&slopes(law, &plain(shape, at)));
@@ -95,7 +98,9 @@ impl Screen<'_> {
         let n = self.problem.model.coordinates.len();
         let lanes = LANES.min(numbers.end - first);
         let mut apart = vec![vec![Lanes::ZERO; along.motion.len()]; n];
-        for (coordinate, lane, series) in self.forces(first, lanes, along) {
+        let (model, h) = (self.problem.model, &self.fit.hypothesis);
+        let known = (&h.parameters[..], &h.effects[..]);
+        for (coordinate, lane, series) in forces(model, known, (first, lanes), &along.motion) {
             let series = centred(&series);
             apart[coordinate].iter_mut().zip(series).for_each(|(to, from)| to.0[lane] = from);
         }
@@ -107,37 +112,37 @@ impl Screen<'_> {
             seen: vec![],
         }
     }
+}
 
-    /// Derivatives of `F - M q''` by some numbers at every sample: coordinate, lane, series.
-    fn forces(
-        &self,
-        first: usize,
-        lanes: usize,
-        along: &Along,
-    ) -> impl Iterator<Item = (usize, usize, Vec<f64>)> {
-        let (model, h) = (self.problem.model, &self.fit.hypothesis);
-        let (n, motion) = (model.coordinates.len(), &along.motion);
-        let mut parameters = model.with_structure(&h.parameters, &h.effects);
-        parameters.resize(model.structure_end(), 0.0);
-        let bound = model.dynamics().bind_along(&parameters, first);
-        let sizes = model.dynamics().sizes();
-        let (mut room, zero) = (bound.room(), Dual::constant(0.0));
-        let (mut variables, mut rates) = (vec![zero; sizes.variables()], vec![zero; sizes.rates()]);
-        let mut series = vec![vec![0.0; motion.len()]; n * lanes];
-        for k in 0..motion.len() {
-            // What inputs do has nothing to do with the structure.
-            let state = motion.state(k).iter().map(|x| Dual::constant(*x));
-            variables.iter_mut().zip(state).for_each(|(to, from)| *to = from);
-            bound.evaluate(&mut room, &variables, &mut rates);
-            let (mass, force) = rates.split_at(n * n);
-            for (at, series) in series.iter_mut().enumerate() {
-                let (c, lane) = (at / lanes, at % lanes);
-                let inertia = (0..n).map(|j| mass[c * n + j].tangent[lane] * motion.rate(k, n + j));
-                series[k] = force[c].tangent[lane] - inertia.sum::<f64>();
-            }
+/// Derivatives of `F - M q''` by the numbers from `first` on, as many as `lanes`, at every sample of a motion:
+/// coordinate, lane, series.
+pub(crate) fn forces(
+    model: &Model,
+    (parameters, effects): (&[f64], &[ModelEffect]),
+    (first, lanes): (usize, usize),
+    motion: &SmoothedRecording,
+) -> impl Iterator<Item = (usize, usize, Vec<f64>)> {
+    let n = model.coordinates.len();
+    let mut parameters = model.with_structure(parameters, effects);
+    parameters.resize(model.structure_end(), 0.0);
+    let bound = model.dynamics().bind_along(&parameters, first);
+    let sizes = model.dynamics().sizes();
+    let (mut room, zero) = (bound.room(), Dual::constant(0.0));
+    let (mut variables, mut rates) = (vec![zero; sizes.variables()], vec![zero; sizes.rates()]);
+    let mut series = vec![vec![0.0; motion.len()]; n * lanes];
+    for k in 0..motion.len() {
+        // What inputs do has nothing to do with the structure.
+        let state = motion.state(k).iter().map(|x| Dual::constant(*x));
+        variables.iter_mut().zip(state).for_each(|(to, from)| *to = from);
+        bound.evaluate(&mut room, &variables, &mut rates);
+        let (mass, force) = rates.split_at(n * n);
+        for (at, series) in series.iter_mut().enumerate() {
+            let (c, lane) = (at / lanes, at % lanes);
+            let inertia = (0..n).map(|j| mass[c * n + j].tangent[lane] * motion.rate(k, n + j));
+            series[k] = force[c].tangent[lane] - inertia.sum::<f64>();
         }
-        series.into_iter().enumerate().map(move |(at, s)| (at / lanes, at % lanes, s))
     }
+    series.into_iter().enumerate().map(move |(at, s)| (at / lanes, at % lanes, s))
 }
 
 /// Nats that amplitudes with these prior standard deviations gain.
@@ -169,7 +174,7 @@ fn plain(priors: &[Prior], at: &[f64]) -> Vec<f64> {
 }
 
 /// Derivatives of a law's numbers by its amplitudes, where these are 0.
-pub(super) fn slopes(law: &dyn AnyStructureLaw, shape: &[f64]) -> DMatrix<f64> {
+pub(crate) fn slopes(law: &dyn AnyStructureLaw, shape: &[f64]) -> DMatrix<f64> {
     let amplitudes = law.amplitudes();
     let parameters: Vec<Dual> = (0..amplitudes)
         .map(|lane| Dual::direction(0.0, lane))

@@ -1,5 +1,9 @@
 //! The search: which effects, judged by likelihood.
 //!
+//! A robot's begins with the laws of all its joints together, which the measured motion tells in the weak form
+//! ([`crate::missing_force::laws`], `together`). Where there are none, or what they leave is more than noise,
+//! effects are added one by one:
+//!
 //! 1. The model's parameters alone, in windows that grow as long as the model follows.
 //! 2. Every candidate is screened along the fitted trajectory ([`crate::screen`]); the best are
 //!    fitted with the differential equation itself, and the one with the most evidence stays if
@@ -25,6 +29,7 @@ mod forward;
 mod prune;
 mod remainder;
 mod spell;
+mod together;
 mod variants;
 
 use crate::candidates::{Candidate, Term, candidates};
@@ -182,6 +187,9 @@ impl<'p> Search<'p> {
 
     /// The effects that folds do not speak against.
     fn search(&self) -> Result<Searched<'p>, DiagnoseError> {
+        if let Some(found) = self.search_together() {
+            return Ok(found);
+        }
         self.watch.tell("fitting the model's own parameters");
         let (calibrated, floor) = self.calibrated()?;
         let free = self.search_from(calibrated.clone(), floor);
@@ -284,7 +292,9 @@ impl<'p> Search<'p> {
         let held = Hypothesis::of(self.problem.model).held();
         let level = calibrated.windowed.level;
         let near = self.watch.necessarily(|| calibrated.refit(held.clone(), FULL));
-        if near.as_ref().is_ok_and(|fit| fit.reduced() < self.decision.explained) {
+        // What filters correct runs away from nothing.
+        let follows = |fit: &Fit| fit.noise.is_some() || fit.reduced() < self.decision.explained;
+        if near.as_ref().is_ok_and(follows) {
             return near.map_err(|e| self.failed(e));
         }
         let begun = self.watch.necessarily(|| Fit::begin(self.problem, held, self.level));

@@ -35,7 +35,7 @@ impl<'p> Search<'p> {
                 return true;
             }
             // An effect of a model that leaves nothing but noise may be beyond doubt.
-            let decisive = missed > 20.0 * self.decision.prior_odds;
+            let decisive = missed > self.decision.beyond_doubt();
             let settled = path.fit.reduced() < self.decision.noise && decisive;
             let replaced = if settled { self.rewrite(path, k) } else { self.swap(path, k, &fit) };
             if replaced {

@@ -130,6 +130,33 @@ fn evidence_prefers_what_is_there() {
     }
 }
 
+/// What is missed without an effect, from its posterior alone, is what a fit without it says: where it hardly
+/// counts and where it does.
+#[test]
+fn what_is_missed_is_told_without_another_fit() {
+    let bench = Bench { noise: 2e-2, ..ON_PENDULUM };
+    let model = bench.model();
+    for stiffness in [0.0, 0.02, 0.05] {
+        let of = |k: f64| {
+            format!("[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = {k}")
+        };
+        let truth = bench.truth(&of(stiffness));
+        let dataset = Dataset::new(&model, &bench.record(&truth, 85, 2)).expect("a dataset");
+        let problem = Problem::new(&model, &dataset).expect("a problem");
+        let effect = bench.truth(&of(0.01)).effects[0].clone();
+        let scales = problem.scales_of(&effect);
+        let plain = Fit::begin(&problem, Hypothesis::of(&model), 3).expect("a fit");
+        let effort = Effort { steps: 30, least: 1e-3 };
+        let fit =
+            plain.refit(plain.hypothesis.clone().with(effect, &scales), effort).expect("a fit");
+        let without = fit.refit(fit.hypothesis.clone().without(0), effort).expect("a fit");
+        let temperature = fit.temperature();
+        let missed = fit.missed(0, temperature).expect("it has an amplitude");
+        let gain = fit.gain_over(&without);
+        assert!((missed - gain).abs() < 0.3 + 0.1 * gain.abs(), "{stiffness}: {missed} {gain}");
+    }
+}
+
 /// Laplace's evidence against the integral that it stands for, by quadrature over the amplitude:
 /// of either sign, and of a magnitude whose prior has its mass on one side.
 #[test]

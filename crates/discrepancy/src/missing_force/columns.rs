@@ -1,0 +1,183 @@
+//! What a law says of the weak rows.
+//!
+//! A force `sum_k a_k b_k` along the smoothed motion adds `sum_k a_k int phi_w b_k dt` to the rows of the channel
+//! that it acts on, and its reaction to those of the other. What an actuator makes of its input, u', adds
+//! `int phi_w dF/du (u' - u) dt`, to first order; the numbers s of a robot's structure add
+//! `int phi_w d(F - M q'')/ds dt`.
+
+use super::along::Along;
+use super::rows::Rows;
+use crate::candidates::Candidate;
+use crate::likelihood::Problem;
+use crate::screen::structure;
+use lacuna_effects::Law;
+use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::Hold;
+use lacuna_plants::model::ModelEffect;
+
+/// One column: of each channel on which it acts, its entries.
+pub(super) type Column = Vec<(usize, Vec<f64>)>;
+
+/// The recordings, ready for the columns of any law.
+pub(super) struct Columns<'a> {
+    pub problem: &'a Problem<'a>,
+    pub along: &'a [Along<'a>],
+    /// The weak rows of each channel, recording by recording; none where nothing tells them.
+    pub rows: &'a [Vec<(usize, Rows)>],
+    /// Values of the model's parameters, and the effects that it has.
+    pub parameters: &'a [f64],
+    pub effects: &'a [ModelEffect],
+}
+
+impl Columns<'_> {
+    /// The columns of each of several terms of one candidate, one an amplitude; none where it does not act on
+    /// what the rows tell.
+    pub(super) fn of(&self, candidate: &Candidate, shapes: &[Vec<f64>]) -> Vec<Vec<Column>> {
+        match candidate.effect.law {
+            Law::Force(law) => {
+                let places =
+                    self.problem.model.places(candidate.effect, candidate.channel, candidate.other);
+                let mut all: Vec<Vec<Column>> = vec![];
+                for along in self.along {
+                    let mut number = 0;
+                    along.motion.bases(
+                        law,
+                        shapes.iter().map(Vec::as_slice),
+                        &places,
+                        |shape, series| {
+                            let passed_on = law.plain().passed_on(shape);
+                            let reaction = candidate.other.filter(|_| law.reacts());
+                            let sides: Vec<(usize, f64)> =
+                                std::iter::once((candidate.channel, 1.0))
+                                    .chain(reaction.map(|o| (o, -passed_on)))
+                                    .collect();
+                            if all.len() == number {
+                                all.push(vec![vec![]; series.len()]);
+                            }
+                            for (column, series) in all[number].iter_mut().zip(&series) {
+                                for &(c, sign) in &sides {
+                                    self.add(column, along.recording, c, |k| sign * series[k]);
+                                }
+                            }
+                            number += 1;
+                        },
+                    );
+                }
+                all
+            }
+            Law::Input(law) => {
+                let (j, m) = (candidate.channel, self.problem.model.input_width());
+                let mut all = vec![vec![vec![]]; shapes.len()];
+                for along in self.along {
+                    let slopes = self.by_input(along, j);
+                    let u: Vec<f64> =
+                        along.motion.inputs.iter().skip(j).step_by(m).copied().collect();
+                    for (columns, shape) in all.iter_mut().zip(shapes) {
+                        let mut made = law.plain().applied(shape, &along.motion.times, &u);
+                        made.iter_mut().zip(&u).for_each(|(made, u)| *made -= u);
+                        let made = self.at_samples(made);
+                        for (c, slopes) in slopes.iter().enumerate() {
+                            if slopes.iter().any(|s| *s != 0.0) {
+                                let force = |k: usize| slopes[k] * made[k];
+                                self.add(&mut columns[0], along.recording, c, force);
+                            }
+                        }
+                    }
+                }
+                all
+            }
+            Law::Structure(law) => {
+                let numbers =
+                    self.problem.model.structure_of(candidate.effect.acts, candidate.channel);
+                let mut each: Vec<Column> = vec![vec![]; numbers.len()];
+                for along in self.along {
+                    for first in numbers.clone().step_by(LANES) {
+                        let lanes = LANES.min(numbers.end - first);
+                        let known = (self.parameters, self.effects);
+                        let model = self.problem.model;
+                        for (c, lane, series) in
+                            structure::forces(model, known, (first, lanes), along.motion)
+                        {
+                            let column = &mut each[first - numbers.start + lane];
+                            self.add(column, along.recording, c, |k| series[k]);
+                        }
+                    }
+                }
+                let mix = |shape: &Vec<f64>| {
+                    let slopes = structure::slopes(law, shape);
+                    slopes.column_iter().map(|s| combined(&each, s.as_slice())).collect()
+                };
+                shapes.iter().map(mix).collect()
+            }
+            Law::Sensor(_) => vec![],
+        }
+    }
+
+    /// Add what a force on a channel does to its rows in one recording.
+    fn add(&self, column: &mut Column, recording: usize, c: usize, force: impl Fn(usize) -> f64) {
+        let Some(before) = self.rows[c].iter().position(|(r, _)| *r == recording) else { return };
+        let count: usize = self.rows[c].iter().map(|(_, rows)| rows.windows.len()).sum();
+        let first: usize = self.rows[c][..before].iter().map(|(_, r)| r.windows.len()).sum();
+        let at = column.iter().position(|(channel, _)| *channel == c).unwrap_or_else(|| {
+            column.push((c, vec![0.0; count]));
+            column.len() - 1
+        });
+        let entries = &mut column[at].1[first..];
+        for (entry, window) in entries.iter_mut().zip(&self.rows[c][before].1.windows) {
+            let weighted = (window.first..).zip(&window.weights[0]);
+            *entry += weighted.map(|(k, w)| w * force(k)).sum::<f64>();
+        }
+    }
+
+    /// A series of inputs as the forces at the samples know it: the mean of before and after, where it is held.
+    fn at_samples(&self, mut series: Vec<f64>) -> Vec<f64> {
+        if self.problem.model.hold == Hold::ZeroOrder {
+            for k in (1..series.len()).rev() {
+                series[k] = 0.5 * (series[k - 1] + series[k]);
+            }
+        }
+        series
+    }
+
+    /// dF/du of one input at every sample, channel by channel.
+    fn by_input(&self, along: &Along, j: usize) -> Vec<Vec<f64>> {
+        let model = self.problem.model;
+        let (n, m, motion) = (model.coordinates.len(), model.inputs.len(), along.motion);
+        let states = model.machine_states();
+        let constants = |x: &[f64]| -> Vec<Dual> { x.iter().map(|&x| Dual::constant(x)).collect() };
+        let parameters = model.with_structure(self.parameters, self.effects);
+        let dynamics = model.dynamics();
+        let bound = dynamics.bind_dual(&constants(&parameters));
+        let mut room = bound.room();
+        let mut rates = vec![Dual::constant(0.0); dynamics.sizes().rates()];
+        let mut slopes = vec![vec![0.0; motion.len()]; model.channels()];
+        let width = model.input_width();
+        for k in 0..motion.len() {
+            let mut variables = constants(motion.state(k));
+            variables.extend(constants(&motion.inputs[k * width..k * width + m]));
+            variables.push(Dual::constant(motion.times[k]));
+            variables[states + j] = Dual::direction(variables[states + j].value, 0);
+            bound.evaluate(&mut room, &variables, &mut rates);
+            for (slopes, force) in slopes.iter_mut().zip(&rates[n * n..]) {
+                slopes[k] = force.tangent[0];
+            }
+        }
+        slopes
+    }
+}
+
+/// A sum of columns with these factors.
+fn combined(columns: &[Column], factors: &[f64]) -> Column {
+    let mut sum: Column = vec![];
+    for (column, factor) in columns.iter().zip(factors) {
+        for (c, entries) in column {
+            match sum.iter_mut().find(|(channel, _)| channel == c) {
+                Some((_, total)) => {
+                    total.iter_mut().zip(entries).for_each(|(t, e)| *t += factor * e);
+                }
+                None => sum.push((*c, entries.iter().map(|e| factor * e).collect())),
+            }
+        }
+    }
+    sum
+}

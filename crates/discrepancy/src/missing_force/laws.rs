@@ -1,0 +1,588 @@
+//! The laws that the missing forces of all channels obey together.
+//!
+//! With whitened rows `y = P p + sum_k a_k c_k + e` of all channels, the evidence of a set of laws is that of a
+//! linear regression:
+//!
+//! ```text
+//! log Z = |L^-1 g|^2 / 2 - log det L,   L L^T = I + S C^T C S,   g = S C^T y
+//! ```
+//!
+//! A machine may lack something on each of its joints. So each round takes the most probable law of every
+//! channel, as they hardly rival one another, finds the noise again that they leave, and then gives up what is
+//! no longer missed and puts a law in another's place where it is the likelier. A motion is needed for none of
+//! this: hundreds of candidates on each of many joints cost seconds.
+
+use super::along::Along;
+use super::columns::{Column, Columns};
+use super::rows::Rows;
+use super::subset::Subset;
+use super::{Belief, rows_of};
+use crate::candidates::{Candidate, Term};
+use crate::colour::{RELIABLE, colour};
+use crate::likelihood::Problem;
+use crate::probability::log_sum_exp;
+use crate::screen::priors;
+use lacuna_effects::{CATALOGUE, Law, Variable};
+use lacuna_occupation::BandedCholesky;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Of a white force beside the laws, in units of the rows' noise: none, then 2^-2 to 2^17.
+const WHITE: i32 = 21;
+/// Rounds, each of which names at most one law a channel.
+const ROUNDS: usize = 12;
+/// Rivals that are told of a law.
+const MOST_RIVALS: usize = 3;
+
+/// A law with its amplitudes and what it gains beside the others.
+#[derive(Clone, Debug)]
+pub struct Obeyed {
+    /// The effect with its shape.
+    pub term: Term,
+    /// Its amplitudes.
+    pub amplitudes: Vec<f64>,
+    /// Nats that are lost without it.
+    pub gain: f64,
+    /// What could stand in its place.
+    pub rivals: Vec<Instead>,
+}
+
+/// A law that could stand in the place of another.
+#[derive(Clone, Debug)]
+pub struct Instead {
+    /// The effect with its shape.
+    pub term: Term,
+    /// Its amplitudes.
+    pub amplitudes: Vec<f64>,
+    /// Nats by which it lies behind.
+    pub behind: f64,
+}
+
+/// The laws that the missing forces of a problem's recordings obey, of these candidates.
+#[must_use]
+pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f64) -> Vec<Obeyed> {
+    let all: Vec<Along> = (0..problem.smoothed.len())
+        .into_par_iter()
+        .map(|r| Along::new(problem, belief, r))
+        .collect();
+    let off = vec![0.0; belief.uncertain.len()];
+    let channels = 0..problem.model.channels();
+    let rows: Vec<Vec<(usize, Rows)>> =
+        channels.into_par_iter().map(|c| rows_of(problem, belief, &all, c, &off)).collect();
+    let columns = Columns {
+        problem,
+        along: &all,
+        rows: &rows,
+        parameters: &belief.parameters,
+        effects: belief.effects,
+    };
+    let all_candidates = candidates.to_vec();
+    let plain: Vec<Candidate> = candidates.iter().filter(|c| is_plain(c)).copied().collect();
+    let candidates = &plain[..];
+    let Some(mut pursuit) = Pursuit::new(&columns, belief) else { return vec![] };
+    pursuit.begin(candidates, belief.prior_odds);
+    pursuit.run(candidates, belief.prior_odds, tie);
+    pursuit.refine(&all_candidates, belief.prior_odds);
+    pursuit.obeyed(&all_candidates)
+}
+
+/// The rows of a channel under the noise that is left.
+struct Block {
+    white: usize,
+    /// How many of its rows are worth one.
+    temperature: f64,
+    factors: Vec<BandedCholesky>,
+}
+
+impl Block {
+    fn new(rows: &[(usize, Rows)], white: usize) -> Option<Self> {
+        let mut factors = vec![];
+        for (_, own) in rows {
+            let mut covariance = if white == 0 {
+                own.measured.plus(&own.white, 0.0).ok()?
+            } else {
+                let share = 2f64.powi(white as i32 - 3);
+                let size = |m: &lacuna_occupation::SymmetricBanded| {
+                    (0..own.right.len()).map(|a| m.get(a, a)).sum::<f64>()
+                };
+                let ratio = size(&own.measured) / size(&own.white);
+                own.measured.plus(&own.white, share * share * ratio).ok()?
+            };
+            covariance.add_diagonal(1e-12 * covariance.largest_diagonal());
+            factors.push(covariance.cholesky().ok()?);
+        }
+        Some(Self { white, temperature: 1.0, factors })
+    }
+
+    /// A column of all recordings, whitened.
+    fn whiten(&self, rows: &[(usize, Rows)], column: &mut [f64]) {
+        let mut first = 0;
+        for ((_, own), factor) in rows.iter().zip(&self.factors) {
+            let count = own.right.len();
+            // Lengths agree.
+            let _ = factor.solve_lower_in_place(&mut column[first..first + count]);
+            first += count;
+        }
+    }
+
+    fn half_log_determinant(&self, rows: &[(usize, Rows)]) -> f64 {
+        let of = |((_, own), factor): (&(usize, Rows), &BandedCholesky)| {
+            (0..own.right.len()).map(|a| factor.get(a, a).ln()).sum::<f64>()
+        };
+        rows.iter().zip(&self.factors).map(of).sum()
+    }
+}
+
+/// A law that was taken.
+struct Taken {
+    term: Term,
+    columns: Vec<Column>,
+    sd: Vec<f64>,
+}
+
+/// A set of laws under way.
+struct Pursuit<'a> {
+    columns: &'a Columns<'a>,
+    /// Columns of the model's own parameters, and their tolerances.
+    known: Vec<(Column, f64)>,
+    right: Vec<Vec<f64>>,
+    blocks: Vec<Option<Block>>,
+    taken: Vec<Taken>,
+}
+
+/// The regression on what is taken: whitened columns in units of their priors, and what they say.
+struct Base {
+    columns: Vec<Column>,
+    right: Vec<Vec<f64>>,
+    normal: DMatrix<f64>,
+    moment: DVector<f64>,
+    evidence: f64,
+}
+
+impl<'a> Pursuit<'a> {
+    fn new(columns: &'a Columns<'a>, belief: &Belief) -> Option<Self> {
+        let rows = columns.rows;
+        let right: Vec<Vec<f64>> = rows
+            .iter()
+            .map(|r| r.iter().flat_map(|(_, own)| own.right.iter().copied()).collect())
+            .collect();
+        let p = belief.uncertain.len();
+        let known = (0..p)
+            .map(|j| {
+                let column: Column = rows
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, r)| !r.is_empty())
+                    .map(|(c, r)| {
+                        let of = |own: &Rows| -> Vec<f64> {
+                            own.by_parameter.iter().skip(j).step_by(p).map(|x| -x).collect()
+                        };
+                        (c, r.iter().flat_map(|(_, own)| of(own)).collect())
+                    })
+                    .collect();
+                (column, columns.problem.model.parameters[belief.uncertain[j]].std())
+            })
+            .collect();
+        let blocks: Vec<Option<Block>> =
+            rows.iter().map(|r| if r.is_empty() { None } else { Block::new(r, 0) }).collect();
+        blocks.iter().any(Option::is_some).then_some(())?;
+        let mut this = Self { columns, known, right, blocks, taken: vec![] };
+        this.quiet()?;
+        Some(this)
+    }
+
+    /// What one column is, whitened, each channel tempered, in units of its prior.
+    fn whitened(&self, column: &Column, sd: f64) -> Column {
+        let of = |(c, entries): &(usize, Vec<f64>)| {
+            let block = self.blocks[*c].as_ref()?;
+            let mut entries = entries.clone();
+            block.whiten(&self.columns.rows[*c], &mut entries);
+            let factor = sd / block.temperature.sqrt();
+            entries.iter_mut().for_each(|e| *e *= factor);
+            Some((*c, entries))
+        };
+        column.iter().filter_map(of).collect()
+    }
+
+    fn base_of(&self, taken: &[&Taken]) -> Option<Base> {
+        let known = self.known.iter().map(|(column, sd)| self.whitened(column, *sd));
+        let laws = taken
+            .iter()
+            .flat_map(|t| t.columns.iter().zip(&t.sd))
+            .map(|(column, sd)| self.whitened(column, *sd));
+        let columns: Vec<Column> = known.chain(laws).collect();
+        let right: Vec<Vec<f64>> = self
+            .right
+            .iter()
+            .enumerate()
+            .map(|(c, y)| {
+                let whole: Column = vec![(c, y.clone())];
+                self.whitened(&whole, 1.0).pop().map(|(_, y)| y).unwrap_or_default()
+            })
+            .collect();
+        let count = columns.len();
+        let mut normal = DMatrix::from_fn(count, count, |i, j| {
+            if j <= i { product(&columns[i], &columns[j]) } else { 0.0 }
+        });
+        normal.fill_upper_triangle_with_lower_triangle();
+        for i in 0..count {
+            normal[(i, i)] += 1.0;
+        }
+        let moment = DVector::from_fn(count, |i, _| with_right(&columns[i], &right));
+        let evidence = evidence(normal.clone(), &moment)?;
+        Some(Base { columns, right, normal, moment, evidence })
+    }
+
+    fn base(&self) -> Option<Base> {
+        self.base_of(&self.taken.iter().collect::<Vec<_>>())
+    }
+
+    /// The noise of every channel that makes what is left most likely, and how slowly it varies.
+    fn quiet(&mut self) -> Option<()> {
+        for _ in 0..2 {
+            let base = self.base()?;
+            let mean = base.normal.clone().cholesky()?.solve(&base.moment);
+            let plain: Vec<(&Column, f64)> = self
+                .known
+                .iter()
+                .map(|(column, sd)| (column, *sd))
+                .chain(self.taken.iter().flat_map(|t| t.columns.iter().zip(t.sd.iter().copied())))
+                .collect();
+            let mut left = self.right.clone();
+            for ((column, sd), z) in plain.iter().zip(mean.iter()) {
+                for (c, entries) in column.iter() {
+                    left[*c].iter_mut().zip(entries).for_each(|(l, e)| *l -= sd * z * e);
+                }
+            }
+            let blocks = left.par_iter().enumerate().map(|(c, left)| {
+                let rows = &self.columns.rows[c];
+                let before = self.blocks[c].as_ref()?;
+                let tried = (0..WHITE as usize).filter_map(|white| {
+                    let block = Block::new(rows, white)?;
+                    let mut left = left.clone();
+                    block.whiten(rows, &mut left);
+                    let square: f64 = left.iter().map(|x| x * x).sum();
+                    let likelihood = -0.5 * square - block.half_log_determinant(rows);
+                    let own = left.len() as f64;
+                    let colour = colour(series(rows, &left).into_iter(), RELIABLE);
+                    let temperature = colour * (square / own).max(1.0);
+                    Some((Block { temperature, ..block }, likelihood))
+                });
+                let best = tried.max_by(|a, b| a.1.total_cmp(&b.1));
+                best.map(|b| b.0).or_else(|| Block::new(rows, before.white))
+            });
+            self.blocks = blocks.collect();
+        }
+        Some(())
+    }
+
+    /// The best shape of a candidate beside what is taken, and nats that it gains, all shapes counted.
+    fn scored(&self, base: &Base, candidate: &Candidate) -> Option<(Taken, f64)> {
+        let problem = self.columns.problem;
+        let shapes =
+            candidate.shapes(&problem.scales(candidate.effect, candidate.channel, candidate.other));
+        let (sd, magnitude) = priors(problem, candidate);
+        let all = self.columns.of(candidate, &shapes);
+        let mut tried: Vec<(usize, f64)> = vec![];
+        for (number, columns) in all.iter().enumerate() {
+            let gain = self.gain(base, columns, &sd, magnitude);
+            tried.extend(gain.filter(|g| g.0.is_finite()).map(|g| (number, g.0)));
+        }
+        let gain = log_sum_exp(tried.iter().map(|t| t.1)) - (shapes.len() as f64).ln();
+        let (best, _) = tried.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let columns = all.into_iter().nth(best)?;
+        let term = Term { candidate: *candidate, shape: shapes[best].clone() };
+        Some((Taken { term, columns, sd }, gain))
+    }
+
+    /// Nats that columns gain beside what is taken, and their amplitudes; none for a magnitude that would be negative.
+    fn gain(
+        &self,
+        base: &Base,
+        columns: &[Column],
+        sd: &[f64],
+        magnitude: bool,
+    ) -> Option<(f64, Vec<f64>)> {
+        let own: Vec<Column> =
+            columns.iter().zip(sd).map(|(c, sd)| self.whitened(c, *sd)).collect();
+        if own.iter().all(Vec::is_empty) {
+            return None;
+        }
+        let (p, c) = (base.moment.len(), own.len());
+        let mut h = DMatrix::identity(p + c, p + c);
+        h.view_mut((0, 0), (p, p)).copy_from(&base.normal);
+        let mut g = DVector::zeros(p + c);
+        g.rows_mut(0, p).copy_from(&base.moment);
+        for i in 0..c {
+            g[p + i] = with_right(&own[i], &base.right);
+            for j in 0..=i {
+                h[(p + i, p + j)] += product(&own[i], &own[j]);
+                h[(p + j, p + i)] = h[(p + i, p + j)];
+            }
+            for j in 0..p {
+                let value = product(&own[i], &base.columns[j]);
+                h[(p + i, j)] = value;
+                h[(j, p + i)] = value;
+            }
+        }
+        let factor = h.cholesky()?;
+        let mean = factor.solve(&g);
+        let log: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
+        let gain = 0.5 * mean.dot(&g) - log - base.evidence;
+        let wrong = magnitude && (0..c).any(|i| mean[p + i] < 0.0);
+        let sides = if magnitude { c as f64 } else { 0.0 };
+        let amplitudes = (0..c).map(|i| sd[i] * mean[p + i]).collect();
+        (!wrong).then_some((gain + sides * std::f64::consts::LN_2, amplitudes))
+    }
+
+    /// The likeliest laws of every channel by itself.
+    fn begin(&mut self, candidates: &[Candidate], prior_odds: f64) {
+        for _ in 0..2 {
+            let found: Vec<Vec<Taken>> = (0..self.blocks.len())
+                .into_par_iter()
+                .map(|c| self.of_channel(c, candidates, prior_odds))
+                .collect();
+            self.taken = found.into_iter().flatten().collect();
+            if self.quiet().is_none() {
+                return;
+            }
+        }
+    }
+
+    /// The likeliest laws of one channel by itself.
+    fn of_channel(&self, c: usize, candidates: &[Candidate], prior_odds: f64) -> Vec<Taken> {
+        let Some(block) = &self.blocks[c] else { return vec![] };
+        let (problem, rows) = (self.columns.problem, &self.columns.rows[c]);
+        let whiten = |entries: &[f64]| {
+            let mut entries = entries.to_vec();
+            block.whiten(rows, &mut entries);
+            entries
+        };
+        let known = self.known.iter().filter_map(|(column, sd)| {
+            let (_, entries) = column.iter().find(|(d, _)| *d == c)?;
+            Some((whiten(entries), *sd))
+        });
+        let mut subset = Subset::new(whiten(&self.right[c]), known.collect());
+        let mut made: Vec<Taken> = vec![];
+        for candidate in candidates.iter().filter(|k| acts_alone(k)) {
+            let scales = problem.scales(candidate.effect, candidate.channel, candidate.other);
+            if matches!(candidate.effect.law, Law::Force(_)) && candidate.channel != c {
+                continue;
+            }
+            let shapes = candidate.shapes(&scales);
+            let (sd, magnitude) = priors(problem, candidate);
+            for (columns, shape) in self.columns.of(candidate, &shapes).into_iter().zip(shapes) {
+                let only = columns.iter().all(|col| col.len() == 1 && col[0].0 == c);
+                if !only || columns.is_empty() {
+                    continue;
+                }
+                let own = columns.iter().map(|col| whiten(&col[0].1)).collect();
+                subset.offer(*candidate, own, &sd, magnitude);
+                let term = Term { candidate: *candidate, shape };
+                made.push(Taken { term, columns, sd: sd.clone() });
+            }
+        }
+        let series = |left: &[f64]| colour(series(rows, left).into_iter(), RELIABLE);
+        let chosen = subset.likeliest(prior_odds, series);
+        let mut at = 0;
+        made.retain(|_| {
+            at += 1;
+            chosen.contains(&(at - 1))
+        });
+        made
+    }
+
+    fn run(&mut self, candidates: &[Candidate], prior_odds: f64, tie: f64) {
+        for _ in 0..ROUNDS {
+            let Some(base) = self.base() else { return };
+            let have: Vec<Candidate> = self.taken.iter().map(|t| t.term.candidate).collect();
+            let left: Vec<&Candidate> =
+                candidates.iter().filter(|c| !have.iter().any(|h| h.excludes(c))).collect();
+            let mut scored: Vec<(Taken, f64)> =
+                left.par_iter().filter_map(|c| self.scored(&base, c)).collect();
+            scored.retain(|s| s.1 > prior_odds);
+            scored.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let mut busy = vec![false; self.blocks.len()];
+            let mut news = 0;
+            for (taken, _) in scored {
+                let on: Vec<usize> = taken.columns.iter().flatten().map(|(c, _)| *c).collect();
+                if on.iter().any(|c| busy[*c]) {
+                    on.iter().for_each(|c| busy[*c] = true);
+                    continue;
+                }
+                on.iter().for_each(|c| busy[*c] = true);
+                self.taken.push(taken);
+                news += 1;
+            }
+            if self.quiet().is_none() {
+                return;
+            }
+            self.revise(candidates, prior_odds, tie);
+            if news == 0 {
+                return;
+            }
+        }
+    }
+
+    /// Give up what is no longer missed, and put a law in another's place where it is the likelier.
+    fn revise(&mut self, candidates: &[Candidate], prior_odds: f64, tie: f64) {
+        let mut k = 0;
+        while k < self.taken.len() {
+            let others: Vec<&Taken> =
+                self.taken.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t).collect();
+            let Some(base) = self.base_of(&others) else { return };
+            let own = self.taken[k].term.candidate;
+            let rivals: Vec<&Candidate> = candidates
+                .iter()
+                .filter(|c| **c == own || (own.excludes(c) || shares(&own, c)))
+                .filter(|c| **c == own || !others.iter().any(|o| o.term.candidate.excludes(c)))
+                .collect();
+            let scored: Vec<(Taken, f64)> =
+                rivals.par_iter().filter_map(|c| self.scored(&base, c)).collect();
+            let here = scored.iter().find(|s| s.0.term.candidate == own).map_or(f64::MIN, |s| s.1);
+            let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+            match best {
+                Some((taken, gain)) if gain > prior_odds => {
+                    if gain > here + tie || taken.term.candidate == own {
+                        self.taken[k] = taken;
+                    }
+                    k += 1;
+                }
+                _ => {
+                    self.taken.remove(k);
+                }
+            }
+        }
+    }
+
+    /// Put richer laws of its kind in the place of one where they are worth as much as a law of their own.
+    fn refine(&mut self, candidates: &[Candidate], prior_odds: f64) {
+        for k in 0..self.taken.len() {
+            let own = self.taken[k].term.candidate;
+            let kin: Vec<&Candidate> = candidates
+                .iter()
+                .filter(|c| c.channel == own.channel && c.effect.is_kin_of(own.effect))
+                .filter(|c| c.effect.nature.variation_of.is_none())
+                .collect();
+            let others: Vec<&Taken> =
+                self.taken.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t).collect();
+            let Some(base) = self.base_of(&others).filter(|_| kin.len() > 1) else { continue };
+            let scored: Vec<(Taken, f64)> =
+                kin.par_iter().filter_map(|c| self.scored(&base, c)).collect();
+            let here = scored.iter().find(|s| s.0.term.candidate == own).map_or(f64::MIN, |s| s.1);
+            let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((taken, _)) = best.filter(|b| b.1 > here + prior_odds) {
+                self.taken[k] = taken;
+            }
+        }
+    }
+
+    /// What could stand in the place of a law beside the others, the best first.
+    fn rivals(&self, without: &Base, t: &Taken, candidates: &[Candidate]) -> Vec<Instead> {
+        let own = t.term.candidate;
+        let (_, magnitude) = priors(self.columns.problem, &own);
+        let Some((here, _)) = self.gain(without, &t.columns, &t.sd, magnitude) else {
+            return vec![];
+        };
+        let kin = |c: &&Candidate| {
+            **c != own
+                && (is_plain(c) || c.effect.is_kin_of(own.effect))
+                && (own.excludes(c) || shares(&own, c))
+        };
+        let rivals: Vec<&Candidate> = candidates.iter().filter(kin).collect();
+        let mut all: Vec<Instead> = rivals
+            .par_iter()
+            .filter_map(|c| {
+                let (taken, gain) = self.scored(without, c)?;
+                let (_, magnitude) = priors(self.columns.problem, c);
+                let (_, amplitudes) = self.gain(without, &taken.columns, &taken.sd, magnitude)?;
+                Some(Instead { term: taken.term, amplitudes, behind: here - gain })
+            })
+            .filter(|r| r.behind.is_finite())
+            .collect();
+        all.sort_by(|a, b| a.behind.total_cmp(&b.behind));
+        all.truncate(MOST_RIVALS);
+        all
+    }
+
+    fn obeyed(&self, candidates: &[Candidate]) -> Vec<Obeyed> {
+        let Some(base) = self.base() else { return vec![] };
+        let Some(factor) = base.normal.clone().cholesky() else { return vec![] };
+        let mean = factor.solve(&base.moment);
+        let mut at = self.known.len();
+        let mut all = vec![];
+        for (k, t) in self.taken.iter().enumerate() {
+            let amplitudes = t.sd.iter().enumerate().map(|(i, sd)| sd * mean[at + i]).collect();
+            at += t.sd.len();
+            let others: Vec<&Taken> =
+                self.taken.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t).collect();
+            let Some(without) = self.base_of(&others) else { continue };
+            let rivals = self.rivals(&without, t, candidates);
+            let gain = base.evidence - without.evidence;
+            all.push(Obeyed { term: t.term.clone(), amplitudes, gain, rivals });
+        }
+        all
+    }
+}
+
+/// Whether a law is a plain one of the motion alone. What an actuator makes of its input cannot be told here: an
+/// input that does nothing leaves no noise either. What has a memory or a time of its own follows much that
+/// it is not. And the variants of a law come after it.
+fn is_plain(c: &Candidate) -> bool {
+    let effect = c.effect;
+    let variant = effect.nature.variation_of.is_some()
+        || CATALOGUE
+            .iter()
+            .any(|e| effect.is_kin_of(e) && e.parameters.len() < effect.parameters.len());
+    match effect.law {
+        Law::Force(law) => {
+            !variant && law.memory() == 0 && !effect.depends_on.contains(&Variable::Time)
+        }
+        Law::Structure(_) => true,
+        Law::Input(_) | Law::Sensor(_) => false,
+    }
+}
+
+/// Whether a law acts by itself, without a reaction elsewhere.
+fn acts_alone(c: &Candidate) -> bool {
+    match c.effect.law {
+        Law::Force(law) => !(law.reacts() && c.other.is_some()),
+        Law::Input(_) | Law::Sensor(_) | Law::Structure(_) => false,
+    }
+}
+
+/// Whether two laws act on the same channel.
+fn shares(a: &Candidate, b: &Candidate) -> bool {
+    let force = |c: &Candidate| matches!(c.effect.law, Law::Force(_));
+    force(a) && force(b) && a.channel == b.channel
+}
+
+/// A column of all recordings, recording by recording.
+fn series<'s>(rows: &[(usize, Rows)], column: &'s [f64]) -> Vec<&'s [f64]> {
+    let mut first = 0;
+    rows.iter()
+        .map(|(_, own)| {
+            let part = &column[first..first + own.right.len()];
+            first += own.right.len();
+            part
+        })
+        .collect()
+}
+
+fn product(a: &Column, b: &Column) -> f64 {
+    let of = |(c, x): &(usize, Vec<f64>)| {
+        let (_, y) = b.iter().find(|(d, _)| d == c)?;
+        Some(x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>())
+    };
+    a.iter().filter_map(of).sum()
+}
+
+fn with_right(a: &Column, right: &[Vec<f64>]) -> f64 {
+    a.iter().map(|(c, x)| x.iter().zip(&right[*c]).map(|(x, y)| x * y).sum::<f64>()).sum()
+}
+
+fn evidence(h: DMatrix<f64>, g: &DVector<f64>) -> Option<f64> {
+    let factor = h.cholesky()?;
+    let log: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
+    Some(0.5 * factor.solve(g).dot(g) - log)
+}

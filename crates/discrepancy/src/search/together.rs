@@ -1,0 +1,164 @@
+//! Robots: the laws of all joints at once.
+//!
+//! A robot may lack something on each of its joints, and each of its rollouts is dear. A search that adds one effect
+//! a round begins far from a machine that lacks twenty: what it follows by then has run away. The forces that the
+//! *measured* motion needs tell the laws of all channels together ([`crate::missing_force::laws`]); the likelihood
+//! begins from them, finds their values, gives up what is not missed, and looks for what they cannot tell: what
+//! actuators and sensors do, what has a memory or a time of its own.
+
+use super::driven::Quieted;
+use super::{Named, Path, Rival, Search, Searched, effect_of, untried};
+use crate::likelihood::{FULL, Fit, Hypothesis, QUICK};
+use crate::missing_force::{Belief, Obeyed, laws};
+
+impl<'p> Search<'p> {
+    /// A search that begins with the laws of all joints of a robot; none where there are no such laws, or where they
+    /// are in doubt and leave more than noise.
+    pub(super) fn search_together(&self) -> Option<Searched<'p>> {
+        let model = self.problem.model;
+        if !self.problem.is_robot() {
+            return None;
+        }
+        self.watch.tell("the laws of the missing forces of all joints");
+        let belief = Belief::of(model, self.decision.prior_odds);
+        let all = laws(self.problem, &belief, &self.candidates, self.decision.tie);
+        if all.is_empty() {
+            return None;
+        }
+        let h = self.supposing(&all);
+        let still = Fit::still(self.problem, h, self.level).ok()?;
+        let Quieted { fit, gone } = self.quieted(&still).ok()?;
+        let path = Path { fit, named: self.named(&all) };
+        if gone {
+            return self.exact(path);
+        }
+        // A filter takes up what little such laws say, and is blind to what is wrong in the sensors it follows.
+        let beyond_doubt = |law: &Obeyed| law.gain > self.decision.beyond_doubt();
+        all.iter().any(beyond_doubt).then(|| self.beside_noise(path))?
+    }
+
+    /// The model with these laws.
+    fn supposing(&self, all: &[Obeyed]) -> Hypothesis {
+        let add = |h: Hypothesis, law: &Obeyed| {
+            self.with(&h, effect_of(&law.term.candidate, &law.amplitudes, &law.term.shape))
+        };
+        all.iter().fold(Hypothesis::of(self.problem.model), add)
+    }
+
+    /// What speaks for each law.
+    fn named(&self, all: &[Obeyed]) -> Vec<Named> {
+        let h = self.supposing(all);
+        let of = |(k, law): (usize, &Obeyed)| {
+            let rivals = law.rivals.iter().map(|r| Rival {
+                candidate: r.term.candidate,
+                behind: r.behind,
+                hypothesis: self.with(
+                    &h.clone().without(k),
+                    effect_of(&r.term.candidate, &r.amplitudes, &r.term.shape),
+                ),
+            });
+            Named { gain: law.gain, rivals: rivals.collect() }
+        };
+        all.iter().enumerate().map(of).collect()
+    }
+
+    /// The search from some laws where nothing but the recorded inputs drives the machine; none where more than
+    /// noise is left even beside further effects.
+    fn exact(&self, path: Path<'p>) -> Option<Searched<'p>> {
+        let fit = path.fit.undriven(path.fit.windowed.level, FULL).ok()?;
+        let path = Path { fit: super::chain::polish(self.lengthen(fit)), ..path };
+        self.tell("together", &path.fit);
+        let is_noise = |path: &Path| path.fit.reduced() < self.decision.noise;
+        let path = self.forward(self.missed(path), None, super::MOST_EFFECTS);
+        if !is_noise(&path) || path.named.is_empty() || self.watch.is_late() {
+            return None;
+        }
+        let calibrated = self.as_calibrated(&path.fit)?;
+        let path = self.select(&calibrated, self.prune(&calibrated, path));
+        (!path.named.is_empty()).then(|| searched(calibrated, path))
+    }
+
+    /// The search from many laws beside what drives the machine.
+    fn beside_noise(&self, path: Path<'p>) -> Option<Searched<'p>> {
+        let fit = path.fit.at_level(self.fewest_windows(), FULL).ok()?;
+        let Quieted { fit, gone } = self.quieted(&fit).ok()?;
+        let fit = if gone { self.exactly(&fit).ok()? } else { fit };
+        self.tell("together", &fit);
+        let path = self.missed(Path { fit, ..path });
+        let path = self.missed(self.forward(path, None, super::MOST_EFFECTS));
+        let calibrated = self.as_calibrated(&path.fit)?;
+        let path = self.kept_by_folds(&calibrated, path);
+        Some(searched(calibrated, path))
+    }
+
+    /// The level of a few windows in all: what is corrected by what is measured goes astray in no window, and those
+    /// that are run through side by side are done the sooner.
+    fn fewest_windows(&self) -> u32 {
+        const SIDE_BY_SIDE: usize = 4;
+        SIDE_BY_SIDE.div_ceil(self.problem.dataset.recordings.len()).next_power_of_two().ilog2()
+    }
+
+    /// The model's own parameters fitted in the windows of a fit and under its noise.
+    fn as_calibrated(&self, fit: &Fit<'p>) -> Option<Fit<'p>> {
+        let h = Hypothesis::of(self.problem.model);
+        fit.refit(h.clone(), QUICK).ok().or_else(|| Fit::begin(self.problem, h, self.level).ok())
+    }
+
+    /// The effects that are missed when they are taken away: most are beyond doubt by what is known of their
+    /// amplitudes; the others are taken away, the least missed first.
+    fn missed(&self, mut path: Path<'p>) -> Path<'p> {
+        let least = self.decision.prior_odds;
+        loop {
+            let temperature = path.fit.temperature();
+            for (k, named) in path.named.iter_mut().enumerate() {
+                named.gain = path.fit.missed(k, temperature).unwrap_or(named.gain);
+            }
+            let gains = path.named.iter().map(|n| n.gain).enumerate();
+            let Some((k, gain)) = gains.min_by(|a, b| a.1.total_cmp(&b.1)) else { return path };
+            // Posteriors are not quite normal.
+            if gain > 2.0 * least || self.watch.skips(untried::MISSED) {
+                return path;
+            }
+            let without = path.fit.hypothesis.clone().without(k);
+            let Ok(fit) = path.fit.refit(without, QUICK) else { return path };
+            let missed = path.fit.gain_over(&fit);
+            if missed > least {
+                path.named[k].gain = missed;
+                return path;
+            }
+            path.fit = fit;
+            path.named.remove(k);
+        }
+    }
+
+    /// The effects that folds do not speak against: those that are not beyond doubt by themselves, and all of them
+    /// together.
+    fn kept_by_folds(&self, calibrated: &Fit<'p>, mut path: Path<'p>) -> Path<'p> {
+        self.watch.tell("leaving recordings out");
+        for k in (0..path.named.len()).rev() {
+            if path.named[k].gain > self.decision.beyond_doubt() || self.watch.skips(untried::FOLDS)
+            {
+                continue;
+            }
+            let h = path.fit.hypothesis.clone().without(k);
+            let Ok(without) = path.fit.refit(h, QUICK) else { continue };
+            if self.refuted(&without, &path.fit) {
+                path.named.remove(k);
+                path.fit = without;
+            }
+        }
+        match self.like(&path.fit, calibrated) {
+            Some(alone) if self.refuted(&alone, &path.fit) => {
+                Path { fit: calibrated.clone(), named: vec![] }
+            }
+            _ => path,
+        }
+    }
+}
+
+/// What such a search ends with.
+fn searched<'p>(calibrated: Fit<'p>, path: Path<'p>) -> Searched<'p> {
+    let undriven = calibrated.reduced();
+    let promise = f64::INFINITY;
+    Searched { calibrated, path, floor: 1.0, undriven, promise, coloured: false }
+}
