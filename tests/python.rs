@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 const NEEDED: [&str; 6] = ["maturin", "pytest", "pandas", "polars", "pyarrow", "scikit-learn"];
 
 /// What some of them need beside: without these they skip themselves.
-const WELCOME: [&str; 1] = ["mujoco"];
+const WELCOME: [&str; 2] = ["mujoco", "dask[distributed]"];
 
 fn run(program: &Path, arguments: &[&str]) -> Option<Output> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -55,9 +55,9 @@ fn the_package_installs_and_passes_its_tests() {
         eprintln!("skipped: pip cannot install {}", NEEDED.join(", "));
         return;
     }
-    for simulator in WELCOME {
-        if !succeeds(&python, &[&install[..], &[simulator]].concat()) {
-            eprintln!("without {simulator}: pip cannot install it, and its tests skip themselves");
+    for package in WELCOME {
+        if !succeeds(&python, &[&install[..], &[package]].concat()) {
+            eprintln!("without {package}: pip cannot install it, and its tests skip themselves");
         }
     }
     must(&python, &["-m", "pip", "install", "-q", "./python"]);

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use crate::concealed::{self, sealed::Group};
 use crate::manipulator_realtime::Evaluator;
 use crate::{
-    StudyError, ablation, duffing, duffing_montecarlo, lambda_ablation, manipulator,
+    StudyError, ablation, duffing, duffing_montecarlo, fleet, lambda_ablation, manipulator,
     manipulator_ctc, manipulator_large, manipulator_realtime, noise_sweep, speed,
 };
 
@@ -114,6 +114,27 @@ enum Study {
         /// seed of their own.
         #[arg(long, conflicts_with_all = ["cases", "group", "seed", "seeds", "timeout", "keep"])]
         regression: bool,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Drawn fleets of one make, some machines unlike the others: are these found by `lacuna fleet`, which sees files
+    /// alone, and no other?
+    Fleet {
+        /// Number of fleets; machine k of all draws from random stream k.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        fleets: u64,
+        /// Machines of each fleet.
+        #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..))]
+        machines: u64,
+        /// Of them, those that are unlike the others.
+        #[arg(long, default_value_t = 20)]
+        unlike: u64,
+        /// Machines diagnosed at a time.
+        #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..))]
+        jobs: u64,
+        /// The command under test; by default the one beside this executable.
+        #[arg(long, value_name = "PATH")]
+        lacuna: Option<PathBuf>,
         #[command(flatten)]
         common: Common,
     },
@@ -252,6 +273,10 @@ pub fn run() -> ExitCode {
                 &concealed::Settings { cases, seeds, group, jobs, lacuna, timeout, keep },
                 &common,
             )
+        }
+        Study::Fleet { fleets, machines, unlike, jobs, lacuna, common } => {
+            let (unlike, jobs) = (unlike.min(machines), jobs as usize);
+            fleet::run(&fleet::Settings { fleets, machines, unlike, jobs, lacuna }, &common)
         }
         Study::Calibration { fit, check, map } => concealed::calibration::run(&fit, &check, &map),
         Study::Ablation { cases, fields, jobs, resume, common } => {

@@ -16,6 +16,7 @@
 //! | manipulator under computed torque | [`manipulator_ctc`] | joint angles after 5 s and 10 s |
 //! | the same at 10 kHz | [`manipulator_realtime`] | how long the control law takes |
 //! | concealed physics | [`concealed`] | what `lacuna diagnose` finds of physics that was hidden from it |
+//! | fleets | [`fleet`] | whether `lacuna fleet` finds the machines that are unlike the others |
 //! | numbers that decide | [`ablation`] | the same with each halved and doubled |
 //!
 //! Each study draws its data ([`duffing_data`], [`manipulator_data`]), identifies a model by each
@@ -31,6 +32,7 @@ pub mod duffing_data;
 pub mod duffing_montecarlo;
 pub mod error;
 pub mod figures;
+pub mod fleet;
 pub mod identified;
 pub mod lambda_ablation;
 pub mod manipulator;

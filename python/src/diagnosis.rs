@@ -7,6 +7,7 @@ use crate::waiting::watched;
 use lacuna::diagnosed::{Diagnosed, datasets};
 use lacuna::discrepancy::diagnose::{Options, Outcome, diagnose as search};
 use lacuna::discrepancy::{Dataset, DiagnoseError, Scope, Selector, Watch};
+use lacuna::fleet::Settings;
 use lacuna::plants;
 use lacuna::recordings;
 use lacuna::report;
@@ -36,6 +37,13 @@ impl Asked {
             exact: self.exact.clone(),
             ..Options::default()
         })
+    }
+
+    /// The same for every machine of a fleet.
+    pub fn settings(&self) -> PyResult<Settings> {
+        let Options { learn_remainder, scope, exact, .. } = self.options()?;
+        let Scope { only, exclude } = scope;
+        Ok(Settings { learn_remainder, only, exclude, exact, time_budget: self.budget()? })
     }
 
     fn budget(&self) -> PyResult<Option<Duration>> {

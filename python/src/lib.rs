@@ -7,6 +7,7 @@
 //! | `diagnose` | `diagnosis`, `waiting` | [`lacuna::diagnosed`] |
 //! | `simulate`, `compare`, `check` | `runs` | [`lacuna::simulation`], [`lacuna::comparison`], [`lacuna::check`] |
 //! | `compare_runs` | `difference` | [`lacuna::difference`] |
+//! | `fleet` | `fleet` | [`lacuna::fleet`] |
 //! | `Identifier` | `identification` | [`lacuna::occupation`] |
 //!
 //! Results cross as JSON, which they are written as anyhow; series cross as arrays.
@@ -14,6 +15,7 @@
 mod diagnosis;
 mod difference;
 mod error;
+mod fleet;
 mod function;
 mod identification;
 mod model;
@@ -32,6 +34,8 @@ mod _lacuna {
     use crate::difference::{Difference, compare_runs};
     #[pymodule_export]
     use crate::error::LacunaError;
+    #[pymodule_export]
+    use crate::fleet::{fleet_collect, fleet_diagnose, fleet_plan};
     #[pymodule_export]
     use crate::identification::{Identified, identify};
     #[pymodule_export]

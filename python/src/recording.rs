@@ -4,7 +4,7 @@ use crate::error::told;
 use lacuna::discrepancy::DiagnoseError;
 use lacuna::models::AnyModel;
 use lacuna::recordings::{self, Column, RecordingError, RecordingSource, Unit, UnitError, convert};
-use numpy::PyReadonlyArray1;
+use numpy::{PyArray1, PyReadonlyArray1, ToPyArray};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 
@@ -24,6 +24,14 @@ enum Source {
     File(RecordingSource),
     Columns(Vec<Column>),
 }
+
+/// Columns, column of time, units, name.
+type Parts<'py> = (
+    Option<Vec<(String, Bound<'py, PyArray1<f64>>)>>,
+    Option<String>,
+    BTreeMap<String, String>,
+    Option<String>,
+);
 
 #[pymethods]
 impl Recording {
@@ -62,6 +70,16 @@ impl Recording {
             Source::File(source) => Some(self.name.clone().unwrap_or_else(|| source.name())),
             Source::Columns(_) => self.name.clone(),
         }
+    }
+
+    /// What it was made of, but for a file: columns, column of time, units, name.
+    fn parts<'py>(&self, py: Python<'py>) -> Parts<'py> {
+        let array = |c: &Column| (c.name.clone(), c.values.to_pyarray(py));
+        let columns = match &self.from {
+            Source::File(_) => None,
+            Source::Columns(columns) => Some(columns.iter().map(array).collect()),
+        };
+        (columns, self.time.clone(), self.units.clone(), self.name.clone())
     }
 
     /// Names of its columns; none of a file, which is not read yet.

@@ -24,7 +24,7 @@
 //! | pictures and words | [`report`] |
 //!
 //! What its commands do stands in [`models`], [`check`], [`simulation`], [`comparison`], [`diagnosed`],
-//! [`identification`] and [`difference`]: the
+//! [`identification`], [`difference`] and [`fleet`]: the
 //! `lacuna` command and the Python package are thin layers on these. A model that is no text but
 //! code, such as a closure, is built with [`plants::Model::builder`] and diagnosed with
 //! [`discrepancy::diagnose::diagnose`]: `examples/closure.rs` goes all the way.
@@ -34,6 +34,7 @@ pub mod comparison;
 pub mod diagnosed;
 pub mod difference;
 pub mod files;
+pub mod fleet;
 pub mod identification;
 pub mod models;
 pub mod simulation;

@@ -32,6 +32,8 @@ enum Command {
     Compare(commands::compare::Arguments),
     /// Find the physics that the model leaves out
     Diagnose(commands::diagnose::Arguments),
+    /// Many machines with one model: diagnose each, and find those that are unlike the others
+    Fleet(commands::fleet::Arguments),
     /// Without a model: drift and control effectiveness by occupation-kernel regression
     Identify(commands::identify::Arguments),
     /// An identified model for real-time control: compact, on a box, with a measured error bound
@@ -51,6 +53,7 @@ fn main() -> ExitCode {
         Command::Simulate(a) => commands::simulate::run(&a),
         Command::Compare(a) => commands::compare::run(&a),
         Command::Diagnose(a) => commands::diagnose::run(&a),
+        Command::Fleet(a) => commands::fleet::run(&a),
         Command::Identify(a) => commands::identify::run(&a),
         Command::Compile(a) => commands::compile::run(&a),
         Command::Export(a) => commands::export::run(&a),

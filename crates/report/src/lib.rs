@@ -30,9 +30,10 @@ mod words;
 pub use lacuna_discrepancy::number;
 
 pub use page::{
-    Closer, ComparedChannel, ComparedSeries, Comparison, DifferencePage, compare_page,
-    difference_page, page,
+    Closer, ComparedChannel, ComparedSeries, Comparison, DifferencePage, FleetPage, FleetRow,
+    FleetTable, compare_page, difference_page, fleet_page, page,
 };
 pub use pictures::{FigureFile, files};
 pub use proof::{Imposed, Proof};
 pub use summary::summary;
+pub use words::class_at;

@@ -174,7 +174,8 @@ pub fn name(finding: &Finding) -> String {
 }
 
 /// The words of a class, and where it acts.
-pub(crate) fn class_at(class: &str, channel: &str) -> String {
+#[must_use]
+pub fn class_at(class: &str, channel: &str) -> String {
     let at = lacuna_effects::find(class).map(|e| e.acts.at(channel));
     format!("{} {}", class_words(class), at.unwrap_or_else(|| format!("on {channel}")))
 }

@@ -11,6 +11,7 @@ acts, which physics it is, with numbers and units.
 >>> d.report("report.html")                                                         # doctest: +SKIP
 """
 
+from . import fleet
 from ._diagnosis import Diagnosis, Estimate, Finding, Rival, diagnose
 from ._difference import Difference, compare_runs
 from ._identifier import Identifier
@@ -37,5 +38,6 @@ __all__ = [
     "compare",
     "compare_runs",
     "diagnose",
+    "fleet",
     "simulate",
 ]

@@ -18,6 +18,9 @@ class Recording:
     def of_columns(
         columns: list[tuple[str, Array]], time: str | None, units: dict[str, str], name: str | None
     ) -> Recording: ...
+    def parts(
+        self,
+    ) -> tuple[list[tuple[str, Array]] | None, str | None, dict[str, str], str | None]: ...
     @property
     def name(self) -> str | None: ...
     @property
@@ -89,6 +92,16 @@ def diagnose(
     asked: dict[str, Any],
     progress: Callable[[str], Any] | None,
 ) -> Diagnosis: ...
+def fleet_plan(
+    file: str | os.PathLike[str],
+) -> tuple[str | os.PathLike[str], list[tuple[str, list[str], list[str]]], str]: ...
+def fleet_diagnose(
+    place: tuple[str, str],
+    machine: tuple[str, list[Recording], list[Recording]],
+    asked: dict[str, Any],
+    command: str,
+) -> tuple[str, str | None]: ...
+def fleet_collect(folder: str, names: list[str]) -> tuple[str, str]: ...
 def compare_runs(
     simulated: list[Recording], recorded: list[Recording], said: dict[str, Any]
 ) -> Difference: ...

@@ -56,6 +56,12 @@ class Recording:
         """What results call it; None where it has no name yet."""
         return self._own.name
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        columns, time, units, name = self._own.parts()
+        # A file is meant wherever it is unpickled, and stays where it is.
+        data = os.path.abspath(self._path) if self._path is not None else dict(columns or ())
+        return Recording, (data, time, units, name)
+
     def __repr__(self) -> str:
         if self._path is not None:
             return f"lacuna.Recording({self._path!r})"

@@ -7,6 +7,7 @@ pub mod compile;
 pub mod demo;
 pub mod diagnose;
 pub mod export;
+pub mod fleet;
 pub mod identify;
 pub mod init;
 pub mod simulate;

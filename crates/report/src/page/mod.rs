@@ -2,6 +2,7 @@
 
 mod compare;
 mod difference;
+mod fleet;
 mod how;
 mod joints;
 mod proof;
@@ -12,6 +13,7 @@ mod r#where;
 
 pub use compare::{Closer, ComparedChannel, ComparedSeries, Comparison, compare_page};
 pub use difference::{DifferencePage, difference_page};
+pub use fleet::{FleetPage, FleetRow, FleetTable, fleet_page};
 
 use crate::Proof;
 use crate::pictures::Picture;
