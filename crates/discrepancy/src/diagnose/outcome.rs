@@ -208,11 +208,14 @@ impl<'a> Ladder<'a> {
     }
 
     /// What is left of a verdict whose model is refused: the model as it was given explains the
-    /// held-out recordings, or nothing does.
+    /// held-out recordings and those that it was looked for in, or nothing does. What a machine meets in some
+    /// recordings alone it need not meet in those that are held out.
     fn verdict_without(&self, refused: &Proved) -> Verdict {
         let explains = |f: &ChannelFit| (f.rmse_before / f.noise).powi(2) < self.decision.explained;
         let all = refused.fit.held_out.values().all(explains);
-        if all { Verdict::NoMismatch } else { Verdict::Unexplained }
+        let random = !self.driving().forces.is_empty();
+        let missing = random && self.found.undriven > self.decision.explained * self.floor();
+        if all && !missing { Verdict::NoMismatch } else { Verdict::Unexplained }
     }
 
     /// Whether any parameter moves by more than the rounding of its nominal value.

@@ -86,32 +86,49 @@ impl Fit<'_> {
     }
 
     /// Nats by which this fit is ahead of the same without effect `k`, by the densities that prior and posterior
-    /// have where its amplitudes vanish (Savage and Dickey): as exact as the posterior is normal. None where it
-    /// has no amplitudes that are fitted.
+    /// have where the effect vanishes (Savage and Dickey): as exact as the posterior is normal. None where it
+    /// vanishes nowhere that is fitted: an actuator without a limit has an infinite one.
     #[must_use]
     pub fn missed(&self, k: usize, temperature: f64) -> Option<f64> {
         let h = &self.hypothesis;
-        let amplitudes = match h.supposed().get(k)?.effect.law {
+        let effect = h.supposed().get(k)?.effect;
+        let absent = effect.nature.absent;
+        let vanishing = match effect.law {
             Law::Force(law) => law.amplitudes(),
             Law::Structure(law) => law.amplitudes(),
-            Law::Input(_) | Law::Sensor(_) => return None,
+            Law::Input(_) | Law::Sensor(_) => 1,
         };
         let own =
-            |f: &Free| matches!(f.what, What::Effect(e, j) if e == h.own + k && j < amplitudes);
+            |f: &Free| matches!(f.what, What::Effect(e, j) if e == h.own + k && j < vanishing);
         let entries: Vec<usize> =
             (0..h.free.len()).filter(|&i| own(&h.free[i]) && !h.free[i].logarithmic).collect();
-        if entries.is_empty() {
+        if entries.is_empty() || !absent.is_finite() {
             return None;
         }
         let all = self.precision.covariance(temperature)?;
         let n = entries.len();
         let covariance = DMatrix::from_fn(n, n, |i, j| all[(entries[i], entries[j])]);
         let theta = h.theta();
-        let z = DVector::from_fn(n, |i, _| theta[entries[i]] / h.free[entries[i]].sd);
+        // In units of the prior, from where it vanishes.
+        let from = |value: f64, f: &Free| (value - absent) / f.sd;
+        let z = DVector::from_fn(n, |i, _| from(theta[entries[i]], &h.free[entries[i]]));
+        let believed: f64 = entries.iter().map(|&i| from(h.free[i].mean, &h.free[i]).powi(2)).sum();
         let factor = covariance.cholesky()?;
         let log: f64 = factor.l().diagonal().map(f64::ln).sum();
-        let sides = entries.iter().filter(|i| h.free[**i].bounds.0 == 0.0).count() as f64;
-        Some(0.5 * z.dot(&factor.solve(&z)) + log + sides * std::f64::consts::LN_2)
+        let sides = entries.iter().filter(|i| h.free[**i].bounds.0 == absent).count() as f64;
+        Some(0.5 * (z.dot(&factor.solve(&z)) - believed) + log + sides * std::f64::consts::LN_2)
+    }
+
+    /// Whether effect `k` does nothing with the values that it was given.
+    #[must_use]
+    pub fn vanishes(&self, k: usize) -> bool {
+        let Some(e) = self.hypothesis.supposed().get(k) else { return false };
+        let absent = |x: &f64| *x == e.effect.nature.absent;
+        match e.effect.law {
+            Law::Force(law) => e.internal()[..law.amplitudes()].iter().all(absent),
+            Law::Structure(law) => e.parameters[..law.amplitudes()].iter().all(absent),
+            Law::Input(_) | Law::Sensor(_) => e.parameters.first().is_some_and(absent),
+        }
     }
 
     /// Nats by which this fit is ahead of another in the same windows, both judged by what this

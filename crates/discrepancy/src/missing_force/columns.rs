@@ -3,14 +3,15 @@
 //! A force `sum_k a_k b_k` along the smoothed motion adds `sum_k a_k int phi_w b_k dt` to the rows of the channel
 //! that it acts on, and its reaction to those of the other. What an actuator makes of its input, u', adds
 //! `int phi_w dF/du (u' - u) dt`, to first order; the numbers s of a robot's structure add
-//! `int phi_w d(F - M q'')/ds dt`.
+//! `int phi_w d(F - M q'')/ds dt`. A sensor that shows `y = x + a d(t)` moves the rows as the noise of its
+//! samples does: by `a sum_k l_w(k) d(t_k)`.
 
 use super::along::Along;
 use super::rows::Rows;
 use crate::candidates::Candidate;
 use crate::likelihood::Problem;
-use crate::screen::structure;
-use lacuna_effects::Law;
+use crate::screen::{sensed, structure};
+use lacuna_effects::{AnySeriesLaw, Law};
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::Hold;
 use lacuna_plants::model::ModelEffect;
@@ -109,21 +110,86 @@ impl Columns<'_> {
                 };
                 shapes.iter().map(mix).collect()
             }
-            Law::Sensor(_) => vec![],
+            Law::Sensor(law) => {
+                let ideal = candidate.effect.nature.ideal[0];
+                let mut column: Column = vec![];
+                for along in self.along {
+                    let state = candidate.channel;
+                    let truth: Vec<f64> =
+                        (0..along.motion.len()).map(|k| along.motion.state(k)[state]).collect();
+                    let by = sensed(law, ideal, &along.motion.times, &truth);
+                    self.add_sensed(&mut column, along.recording, state, &by);
+                }
+                shapes.iter().map(|_| vec![column.clone()]).collect()
+            }
         }
+    }
+
+    /// Share of the power of an input that a law takes away from it, or adds.
+    pub(super) fn taken_from_input(&self, law: &dyn AnySeriesLaw, j: usize, shape: &[f64]) -> f64 {
+        let m = self.problem.model.input_width();
+        let (mut taken, mut all) = (0.0, 0.0);
+        for along in self.along {
+            let u: Vec<f64> = along.motion.inputs.iter().skip(j).step_by(m).copied().collect();
+            let made = law.plain().applied(shape, &along.motion.times, &u);
+            taken += made.iter().zip(&u).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            all += u.iter().map(|u| u * u).sum::<f64>();
+        }
+        taken / f64::max(all, f64::MIN_POSITIVE)
+    }
+
+    /// The inputs that drive each channel and no other.
+    pub(super) fn inputs_that_drive_one(&self) -> Vec<Vec<usize>> {
+        let model = self.problem.model;
+        let mut of = vec![vec![]; model.channels()];
+        for j in 0..model.inputs.len() {
+            let drives = |c: &usize| {
+                self.along.iter().any(|a| self.by_input(a, j)[*c].iter().any(|s| *s != 0.0))
+            };
+            let driven: Vec<usize> = (0..model.channels()).filter(drives).collect();
+            if let [c] = driven[..] {
+                of[c].push(j);
+            }
+        }
+        of
+    }
+
+    /// Add what a change of one sensor's samples does to the rows of all channels in one recording.
+    fn add_sensed(&self, column: &mut Column, recording: usize, state: usize, change: &[f64]) {
+        for c in 0..self.rows.len() {
+            let Some((first, rows)) = self.in_recording(c, recording) else { continue };
+            let own = rows.sensors.iter().find(|(of, _)| *of == state);
+            let Some((_, functionals)) = own else { continue };
+            let entries = &mut self.entries(column, c)[first..];
+            for (entry, f) in entries.iter_mut().zip(functionals) {
+                let weighted = f.weights.iter().zip(&change[f.first..f.end()]);
+                *entry += weighted.map(|(w, x)| w * x).sum::<f64>();
+            }
+        }
+    }
+
+    /// The rows of a channel in one recording, with the number of those before.
+    fn in_recording(&self, c: usize, recording: usize) -> Option<(usize, &Rows)> {
+        let before = self.rows[c].iter().position(|(r, _)| *r == recording)?;
+        let first = self.rows[c][..before].iter().map(|(_, r)| r.windows.len()).sum();
+        Some((first, &self.rows[c][before].1))
+    }
+
+    /// The entries of a column on a channel, in all recordings.
+    fn entries<'c>(&self, column: &'c mut Column, c: usize) -> &'c mut Vec<f64> {
+        let at = column.iter().position(|(channel, _)| *channel == c).unwrap_or_else(|| {
+            let count = self.rows[c].iter().map(|(_, rows)| rows.windows.len()).sum();
+            column.push((c, vec![0.0; count]));
+            column.len() - 1
+        });
+        &mut column[at].1
     }
 
     /// Add what a force on a channel does to its rows in one recording.
     fn add(&self, column: &mut Column, recording: usize, c: usize, force: impl Fn(usize) -> f64) {
-        let Some(before) = self.rows[c].iter().position(|(r, _)| *r == recording) else { return };
-        let count: usize = self.rows[c].iter().map(|(_, rows)| rows.windows.len()).sum();
-        let first: usize = self.rows[c][..before].iter().map(|(_, r)| r.windows.len()).sum();
-        let at = column.iter().position(|(channel, _)| *channel == c).unwrap_or_else(|| {
-            column.push((c, vec![0.0; count]));
-            column.len() - 1
-        });
-        let entries = &mut column[at].1[first..];
-        for (entry, window) in entries.iter_mut().zip(&self.rows[c][before].1.windows) {
+        let Some((first, rows)) = self.in_recording(c, recording) else { return };
+        let entries = &mut self.entries(column, c)[first..];
+        for (entry, window) in entries.iter_mut().zip(&rows.windows) {
             let weighted = (window.first..).zip(&window.weights[0]);
             *entry += weighted.map(|(k, w)| w * force(k)).sum::<f64>();
         }

@@ -33,6 +33,11 @@ const WHITE: i32 = 21;
 const ROUNDS: usize = 12;
 /// Rivals that are told of a law.
 const MOST_RIVALS: usize = 3;
+/// Laws that move the rows of many channels at once, of sensors or structure, that a pursuit may begin with.
+const BEGINNINGS: usize = 3;
+/// Share of the power of an input that a law may take: of a machine that hardly anything drives its friction is
+/// told by nothing.
+const MOST_TAKEN: f64 = 0.5;
 
 /// A law with its amplitudes and what it gains beside the others.
 #[derive(Clone, Debug)]
@@ -79,18 +84,35 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
     let all_candidates = candidates.to_vec();
     let plain: Vec<Candidate> = candidates.iter().filter(|c| is_plain(c)).copied().collect();
     let candidates = &plain[..];
-    let Some(mut pursuit) = Pursuit::new(&columns, belief) else { return vec![] };
-    pursuit.begin(candidates, belief.prior_odds);
-    pursuit.run(candidates, belief.prior_odds, tie);
-    pursuit.refine(&all_candidates, belief.prior_odds);
-    pursuit.obeyed(&all_candidates)
+    let Some(empty) = Pursuit::new(&columns, belief) else { return vec![] };
+    let prior_odds = belief.prior_odds;
+    let mut best = empty.clone().pursued(candidates, prior_odds, tie);
+    // What is wrong in a sensor, or with a body, passes for many laws of single channels.
+    if best.leaves_more_than_noise() {
+        for law in empty.of_many_channels(candidates, prior_odds) {
+            let mut begun = Pursuit { taken: vec![law], ..empty.clone() };
+            if begun.quiet().is_none() {
+                continue;
+            }
+            let other = begun.pursued(candidates, prior_odds, tie);
+            if other.deficit(prior_odds) < best.deficit(prior_odds) {
+                best = other;
+            }
+        }
+    }
+    best.refine(&all_candidates, prior_odds);
+    best.obeyed(&all_candidates)
 }
 
 /// The rows of a channel under the noise that is left.
+#[derive(Clone)]
 struct Block {
     white: usize,
     /// How many of its rows are worth one.
     temperature: f64,
+    /// Nats by which it is less likely than if nothing but the noise of the sensors were left, what is correlated
+    /// counted once.
+    deficit: f64,
     factors: Vec<BandedCholesky>,
 }
 
@@ -111,7 +133,7 @@ impl Block {
             covariance.add_diagonal(1e-12 * covariance.largest_diagonal());
             factors.push(covariance.cholesky().ok()?);
         }
-        Some(Self { white, temperature: 1.0, factors })
+        Some(Self { white, temperature: 1.0, deficit: 0.0, factors })
     }
 
     /// A column of all recordings, whitened.
@@ -134,6 +156,7 @@ impl Block {
 }
 
 /// A law that was taken.
+#[derive(Clone)]
 struct Taken {
     term: Term,
     columns: Vec<Column>,
@@ -141,6 +164,7 @@ struct Taken {
 }
 
 /// A set of laws under way.
+#[derive(Clone)]
 struct Pursuit<'a> {
     columns: &'a Columns<'a>,
     /// Columns of the model's own parameters, and their tolerances.
@@ -148,6 +172,8 @@ struct Pursuit<'a> {
     right: Vec<Vec<f64>>,
     blocks: Vec<Option<Block>>,
     taken: Vec<Taken>,
+    /// The inputs that drive each channel alone.
+    inputs_of: Vec<Vec<usize>>,
 }
 
 /// The regression on what is taken: whitened columns in units of their priors, and what they say.
@@ -186,7 +212,8 @@ impl<'a> Pursuit<'a> {
         let blocks: Vec<Option<Block>> =
             rows.iter().map(|r| if r.is_empty() { None } else { Block::new(r, 0) }).collect();
         blocks.iter().any(Option::is_some).then_some(())?;
-        let mut this = Self { columns, known, right, blocks, taken: vec![] };
+        let inputs_of = columns.inputs_that_drive_one();
+        let mut this = Self { columns, known, right, blocks, taken: vec![], inputs_of };
         this.quiet()?;
         Some(this)
     }
@@ -257,16 +284,19 @@ impl<'a> Pursuit<'a> {
             let blocks = left.par_iter().enumerate().map(|(c, left)| {
                 let rows = &self.columns.rows[c];
                 let before = self.blocks[c].as_ref()?;
+                let quietest = Block::new(rows, 0)?.half_log_determinant(rows);
                 let tried = (0..WHITE as usize).filter_map(|white| {
                     let block = Block::new(rows, white)?;
                     let mut left = left.clone();
                     block.whiten(rows, &mut left);
                     let square: f64 = left.iter().map(|x| x * x).sum();
-                    let likelihood = -0.5 * square - block.half_log_determinant(rows);
+                    let width = block.half_log_determinant(rows);
+                    let likelihood = -0.5 * square - width;
                     let own = left.len() as f64;
                     let colour = colour(series(rows, &left).into_iter(), RELIABLE);
                     let temperature = colour * (square / own).max(1.0);
-                    Some((Block { temperature, ..block }, likelihood))
+                    let deficit = (0.5 * (square - own).max(0.0) + width - quietest) / colour;
+                    Some((Block { temperature, deficit, ..block }, likelihood))
                 });
                 let best = tried.max_by(|a, b| a.1.total_cmp(&b.1));
                 best.map(|b| b.0).or_else(|| Block::new(rows, before.white))
@@ -276,11 +306,41 @@ impl<'a> Pursuit<'a> {
         Some(())
     }
 
+    /// The shapes of a candidate that may be: none that takes away most of an input.
+    fn shapes(&self, candidate: &Candidate) -> Vec<Vec<f64>> {
+        let problem = self.columns.problem;
+        let scales = problem.scales(candidate.effect, candidate.channel, candidate.other);
+        let mut shapes = candidate.shapes(&scales);
+        if let Law::Input(law) = candidate.effect.law {
+            shapes.retain(|shape| {
+                self.columns.taken_from_input(law, candidate.channel, shape) < MOST_TAKEN
+            });
+        }
+        shapes
+    }
+
+    /// Whether a law acts on this channel and by itself, without a reaction elsewhere.
+    fn acts_alone(&self, candidate: &Candidate, c: usize) -> bool {
+        match candidate.effect.law {
+            Law::Force(law) => {
+                candidate.channel == c && !(law.reacts() && candidate.other.is_some())
+            }
+            Law::Input(_) => self.inputs_of[c].contains(&candidate.channel),
+            Law::Sensor(_) | Law::Structure(_) => false,
+        }
+    }
+
+    /// Whether two laws act on the same channel, each on no other.
+    fn shares(&self, a: &Candidate, b: &Candidate) -> bool {
+        (0..self.blocks.len()).any(|c| self.acts_alone(a, c) && self.acts_alone(b, c))
+            || (matches!((a.effect.law, b.effect.law), (Law::Force(_), Law::Force(_)))
+                && a.channel == b.channel)
+    }
+
     /// The best shape of a candidate beside what is taken, and nats that it gains, all shapes counted.
     fn scored(&self, base: &Base, candidate: &Candidate) -> Option<(Taken, f64)> {
         let problem = self.columns.problem;
-        let shapes =
-            candidate.shapes(&problem.scales(candidate.effect, candidate.channel, candidate.other));
+        let shapes = self.shapes(candidate);
         let (sd, magnitude) = priors(problem, candidate);
         let all = self.columns.of(candidate, &shapes);
         let mut tried: Vec<(usize, f64)> = vec![];
@@ -335,14 +395,45 @@ impl<'a> Pursuit<'a> {
         (!wrong).then_some((gain + sides * std::f64::consts::LN_2, amplitudes))
     }
 
-    /// The likeliest laws of every channel by itself.
+    /// The laws that are found beside those that were taken.
+    fn pursued(mut self, candidates: &[Candidate], prior_odds: f64, tie: f64) -> Self {
+        self.begin(candidates, prior_odds);
+        self.run(candidates, prior_odds, tie);
+        self
+    }
+
+    /// Nats that are missing to rows of nothing but the sensors' noise, and what the laws cost.
+    fn deficit(&self, prior_odds: f64) -> f64 {
+        let left: f64 = self.blocks.iter().flatten().map(|b| b.deficit).sum();
+        left + prior_odds * self.taken.len() as f64
+    }
+
+    /// Whether some channel is left with more than the noise of its sensors.
+    fn leaves_more_than_noise(&self) -> bool {
+        self.blocks.iter().flatten().any(|b| b.white > 0)
+    }
+
+    /// The likeliest laws that move the rows of several channels at once.
+    fn of_many_channels(&self, candidates: &[Candidate], prior_odds: f64) -> Vec<Taken> {
+        let Some(base) = self.base() else { return vec![] };
+        let many = candidates.iter().filter(|c| acts_on_many(c)).collect::<Vec<_>>();
+        let mut scored: Vec<(Taken, f64)> =
+            many.into_par_iter().filter_map(|c| self.scored(&base, c)).collect();
+        scored.retain(|s| s.1 > prior_odds);
+        scored.sort_by(|a, b| b.1.total_cmp(&a.1));
+        scored.into_iter().take(BEGINNINGS).map(|s| s.0).collect()
+    }
+
+    /// The likeliest laws of every channel by itself, beside those of many.
     fn begin(&mut self, candidates: &[Candidate], prior_odds: f64) {
+        let beside = self.taken.clone();
         for _ in 0..2 {
+            self.taken.clone_from(&beside);
             let found: Vec<Vec<Taken>> = (0..self.blocks.len())
                 .into_par_iter()
                 .map(|c| self.of_channel(c, candidates, prior_odds))
                 .collect();
-            self.taken = found.into_iter().flatten().collect();
+            self.taken.extend(found.into_iter().flatten());
             if self.quiet().is_none() {
                 return;
             }
@@ -358,18 +449,19 @@ impl<'a> Pursuit<'a> {
             block.whiten(rows, &mut entries);
             entries
         };
-        let known = self.known.iter().filter_map(|(column, sd)| {
+        let known = self.known.iter().map(|(column, sd)| (column, *sd));
+        let beside = self.taken.iter().flat_map(|t| t.columns.iter().zip(t.sd.iter().copied()));
+        let known = known.chain(beside).filter_map(|(column, sd)| {
             let (_, entries) = column.iter().find(|(d, _)| *d == c)?;
-            Some((whiten(entries), *sd))
+            Some((whiten(entries), sd))
         });
         let mut subset = Subset::new(whiten(&self.right[c]), known.collect());
         let mut made: Vec<Taken> = vec![];
-        for candidate in candidates.iter().filter(|k| acts_alone(k)) {
-            let scales = problem.scales(candidate.effect, candidate.channel, candidate.other);
-            if matches!(candidate.effect.law, Law::Force(_)) && candidate.channel != c {
+        for candidate in candidates.iter().filter(|k| self.acts_alone(k, c)) {
+            if self.taken.iter().any(|t| t.term.candidate.excludes(candidate)) {
                 continue;
             }
-            let shapes = candidate.shapes(&scales);
+            let shapes = self.shapes(candidate);
             let (sd, magnitude) = priors(problem, candidate);
             for (columns, shape) in self.columns.of(candidate, &shapes).into_iter().zip(shapes) {
                 let only = columns.iter().all(|col| col.len() == 1 && col[0].0 == c);
@@ -434,7 +526,7 @@ impl<'a> Pursuit<'a> {
             let own = self.taken[k].term.candidate;
             let rivals: Vec<&Candidate> = candidates
                 .iter()
-                .filter(|c| **c == own || (own.excludes(c) || shares(&own, c)))
+                .filter(|c| **c == own || (own.excludes(c) || self.shares(&own, c)))
                 .filter(|c| **c == own || !others.iter().any(|o| o.term.candidate.excludes(c)))
                 .collect();
             let scored: Vec<(Taken, f64)> =
@@ -487,7 +579,7 @@ impl<'a> Pursuit<'a> {
         let kin = |c: &&Candidate| {
             **c != own
                 && (is_plain(c) || c.effect.is_kin_of(own.effect))
-                && (own.excludes(c) || shares(&own, c))
+                && (own.excludes(c) || self.shares(&own, c))
         };
         let rivals: Vec<&Candidate> = candidates.iter().filter(kin).collect();
         let mut all: Vec<Instead> = rivals
@@ -525,9 +617,8 @@ impl<'a> Pursuit<'a> {
     }
 }
 
-/// Whether a law is a plain one of the motion alone. What an actuator makes of its input cannot be told here: an
-/// input that does nothing leaves no noise either. What has a memory or a time of its own follows much that
-/// it is not. And the variants of a law come after it.
+/// Whether a law is a plain one. What has a memory or a time of its own follows much that it is not, and the
+/// variants of a law come after it.
 fn is_plain(c: &Candidate) -> bool {
     let effect = c.effect;
     let variant = effect.nature.variation_of.is_some()
@@ -538,23 +629,13 @@ fn is_plain(c: &Candidate) -> bool {
         Law::Force(law) => {
             !variant && law.memory() == 0 && !effect.depends_on.contains(&Variable::Time)
         }
-        Law::Structure(_) => true,
-        Law::Input(_) | Law::Sensor(_) => false,
+        Law::Structure(_) | Law::Input(_) | Law::Sensor(_) => !variant,
     }
 }
 
-/// Whether a law acts by itself, without a reaction elsewhere.
-fn acts_alone(c: &Candidate) -> bool {
-    match c.effect.law {
-        Law::Force(law) => !(law.reacts() && c.other.is_some()),
-        Law::Input(_) | Law::Sensor(_) | Law::Structure(_) => false,
-    }
-}
-
-/// Whether two laws act on the same channel.
-fn shares(a: &Candidate, b: &Candidate) -> bool {
-    let force = |c: &Candidate| matches!(c.effect.law, Law::Force(_));
-    force(a) && force(b) && a.channel == b.channel
+/// Whether a law moves the rows of several channels at once.
+fn acts_on_many(c: &Candidate) -> bool {
+    matches!(c.effect.law, Law::Sensor(_) | Law::Structure(_))
 }
 
 /// A column of all recordings, recording by recording.

@@ -22,6 +22,8 @@ pub(super) struct Rows {
     pub measured: SymmetricBanded,
     /// Covariance by a white force of density 1.
     pub white: SymmetricBanded,
+    /// What the samples of each state that is measured add to the rows, one functional a row.
+    pub sensors: Vec<(usize, Vec<Functional>)>,
 }
 
 /// What a sensor measures.
@@ -196,6 +198,7 @@ impl Rows {
             by_parameter: vec![],
             measured: SymmetricBanded::zeros(0, 0),
             white: SymmetricBanded::zeros(0, 0),
+            sensors: vec![],
         };
         let mut noise: Vec<Vec<Functional>> = vec![vec![]; sensors.len()];
         let mut plain = Vec::new();
@@ -227,6 +230,14 @@ impl Rows {
             let own = SymmetricBanded::covariance(functionals).ok()?;
             this.measured = this.measured.plus(&own, sensor.sd * sensor.sd).ok()?;
         }
+        this.sensors = sensors
+            .iter()
+            .zip(noise)
+            .filter_map(|(sensor, functionals)| match sensor.of {
+                Seen::State(state) => Some((state, functionals)),
+                Seen::Force(..) => None,
+            })
+            .collect();
         (!this.windows.is_empty()).then_some(this)
     }
 }

@@ -133,9 +133,13 @@ impl Screen<'_> {
             }
             Law::Sensor(law) => {
                 let mut series = vec![0.0; along.motion.len()];
+                let ideal = effect.nature.ideal[0];
                 for local in &along.windows {
-                    let change = sensed(law, &terms[0], along, local);
-                    series[local.window.range.clone()].copy_from_slice(&change);
+                    let range = local.window.range.clone();
+                    let truth: Vec<f64> =
+                        range.clone().map(|k| along.motion.state(k)[channel]).collect();
+                    let times = &along.motion.times[range.clone()];
+                    series[range].copy_from_slice(&sensed(law, ideal, times, &truth));
                 }
                 terms.iter().for_each(|_| each(&series, &[], 1.0));
             }
@@ -171,14 +175,10 @@ impl Driven {
     }
 }
 
-/// Change of the measured samples of a window per unit of a sensor's parameter.
-fn sensed(law: &dyn AnySeriesLaw, term: &Term, along: &Along, local: &Local) -> Vec<f64> {
-    let range = &local.window.range;
-    let times = &along.motion.times[range.clone()];
-    let value = |k: usize| Dual::constant(along.motion.state(k)[term.candidate.channel]);
-    let truth: Vec<Dual> = range.clone().map(value).collect();
-    let ideal = Dual::direction(term.candidate.effect.nature.ideal[0], 0);
-    let moved = law.dual().applied(&[ideal], times, &truth);
+/// Change of the measured samples of a true series per unit of a sensor's parameter, which is ideal.
+pub(crate) fn sensed(law: &dyn AnySeriesLaw, ideal: f64, times: &[f64], truth: &[f64]) -> Vec<f64> {
+    let truth: Vec<Dual> = truth.iter().map(|x| Dual::constant(*x)).collect();
+    let moved = law.dual().applied(&[Dual::direction(ideal, 0)], times, &truth);
     moved.iter().map(|y| y.tangent[0]).collect()
 }
 

@@ -26,6 +26,7 @@ mod surface;
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::{Fit, FitError, Problem};
 use crate::probability::log_sum_exp;
+pub(crate) use columns::sensed;
 pub use curves::Over;
 use lacuna_effects::{Law, Prior};
 use local::{Along, along};

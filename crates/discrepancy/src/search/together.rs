@@ -4,12 +4,15 @@
 //! a round begins far from a machine that lacks twenty: what it follows by then has run away. The forces that the
 //! *measured* motion needs tell the laws of all channels together ([`crate::missing_force::laws`]); the likelihood
 //! begins from them, finds their values, gives up what is not missed, and looks for what they cannot tell: what
-//! actuators and sensors do, what has a memory or a time of its own.
+//! has a memory or a time of its own.
 
 use super::driven::Quieted;
 use super::{Named, Path, Rival, Search, Searched, effect_of, untried};
+use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, Hypothesis, QUICK};
 use crate::missing_force::{Belief, Obeyed, laws};
+use lacuna_effects::Acts;
+use lacuna_plants::model::ModelEffect;
 
 impl<'p> Search<'p> {
     /// A search that begins with the laws of all joints of a robot; none where there are no such laws, or where they
@@ -24,6 +27,12 @@ impl<'p> Search<'p> {
         let all = laws(self.problem, &belief, &self.candidates, self.decision.tie);
         if all.is_empty() {
             return None;
+        }
+        for law in &all {
+            let Candidate { effect, channel, .. } = law.term.candidate;
+            let on = model.effect_channel_name(effect, channel);
+            let at = effect.acts.at(on);
+            self.watch.tell(&format!("forces show {} {at}: {:.0} nats", effect.words, law.gain));
         }
         let h = self.supposing(&all);
         let still = Fit::still(self.problem, h, self.level).ok()?;
@@ -81,14 +90,25 @@ impl<'p> Search<'p> {
     /// The search from many laws beside what drives the machine.
     fn beside_noise(&self, path: Path<'p>) -> Option<Searched<'p>> {
         let fit = path.fit.at_level(self.fewest_windows(), FULL).ok()?;
-        let Quieted { fit, gone } = self.quieted(&fit).ok()?;
-        let fit = if gone { self.exactly(&fit).ok()? } else { fit };
-        self.tell("together", &fit);
-        let path = self.missed(Path { fit, ..path });
+        let path = self.quiet(Path { fit, ..path })?;
+        self.tell("together", &path.fit);
+        let laws = path.named.len();
+        let path = self.missed(path);
+        // A filter that follows a wrong sensor takes more and more of its errors for forces.
+        let wrong = |e: &ModelEffect| e.effect.acts == Acts::Sensors;
+        let again = path.named.len() < laws && !path.fit.hypothesis.supposed().iter().any(wrong);
+        let path = if again { self.quiet(path)? } else { path };
         let path = self.missed(self.forward(path, None, super::MOST_EFFECTS));
         let calibrated = self.as_calibrated(&path.fit)?;
         let path = self.kept_by_folds(&calibrated, path);
-        Some(searched(calibrated, path))
+        (!path.named.is_empty()).then(|| searched(calibrated, path))
+    }
+
+    /// A path under the noise that is most likely along it, or under none.
+    fn quiet(&self, path: Path<'p>) -> Option<Path<'p>> {
+        let Quieted { fit, gone } = self.quieted(&path.fit).ok()?;
+        let fit = if gone { self.exactly(&fit).ok()? } else { fit };
+        Some(Path { fit, ..path })
     }
 
     /// The level of a few windows in all: what is corrected by what is measured goes astray in no window, and those
@@ -122,7 +142,7 @@ impl<'p> Search<'p> {
             let without = path.fit.hypothesis.clone().without(k);
             let Ok(fit) = path.fit.refit(without, QUICK) else { return path };
             let missed = path.fit.gain_over(&fit);
-            if missed > least {
+            if missed > least && !path.fit.vanishes(k) {
                 path.named[k].gain = missed;
                 return path;
             }

@@ -4,7 +4,7 @@ use super::Outcome;
 use super::columns::ColumnArguments;
 use super::typed::typed;
 use crate::interrupt::Cancellable;
-use crate::output::{colour, spinner};
+use crate::output::{colour, spinner, steps};
 use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::diagnosed::{Diagnosed, datasets};
@@ -61,6 +61,9 @@ pub struct Arguments {
     simulated: Vec<RecordingSource>,
     #[command(flatten)]
     columns: ColumnArguments,
+    /// Tell every step of the search on standard error, a line each
+    #[arg(long, conflicts_with_all = ["quiet", "simulated"])]
+    steps: bool,
     /// Return 1 where there is a mismatch
     #[arg(long)]
     exit_code: bool,
@@ -90,14 +93,18 @@ pub fn run(a: &Arguments) -> Outcome {
         sources.iter().map(|s| lacuna::recordings::read(s, &model.time_column)).collect()
     };
     let (training, held_out) = datasets(&model, &read(&a.recordings)?, &read(&a.held_out)?)?;
-    let bar = spinner(a.quiet || a.json);
+    let bar = spinner(a.quiet || a.json || a.steps);
     let options = Options {
         learn_remainder: a.learn_remainder,
         scope: Scope { only: a.only.clone(), exclude: a.exclude.clone() },
         exact: a.exact.clone(),
         ..Options::default()
     };
-    let progress = |doing: &str| bar.set_message(doing.to_owned());
+    let steps = steps();
+    let progress = |doing: &str| match a.steps {
+        true => steps(doing),
+        false => bar.set_message(doing.to_owned()),
+    };
     let running = Cancellable::begin();
     let watch = Watch::new(&progress, running.token());
     let watch = match a.time_budget {
