@@ -2,7 +2,7 @@
 
 use lacuna_excitation::{add_gaussian_noise, rng};
 use lacuna_recordings::{Column, Recording};
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::ConcealedError;
@@ -76,10 +76,18 @@ impl Case {
     /// # Errors
     /// [`ConcealedError::NoCase`] when no draw is fair; errors of the plants' files.
     pub fn draw(seed: u64, plan: &Plan) -> Result<Self, StudyError> {
+        Self::draw_with_noise(seed, plan, 0)
+    }
+
+    /// The same machine and motion with the `noise`-th noise; [`Case::draw`] has that of number 0.
+    ///
+    /// # Errors
+    /// As [`Case::draw`].
+    pub fn draw_with_noise(seed: u64, plan: &Plan, noise: u64) -> Result<Self, StudyError> {
         let mut rng = generator(seed, plan.stream);
         for _ in 0..ATTEMPTS {
             let Some(draft) = Draft::draw(plan.topic, &mut rng)? else { continue };
-            if let Some(case) = Self::of(plan, &draft, &mut rng)? {
+            if let Some(case) = Self::of(plan, &draft, (&mut rng, noise))? {
                 return Ok(case);
             }
         }
@@ -87,8 +95,14 @@ impl Case {
     }
 
     /// The case of a draft; none where the draft is not fair.
-    fn of(plan: &Plan, draft: &Draft, rng: &mut ChaCha8Rng) -> Result<Option<Self>, StudyError> {
+    fn of(
+        plan: &Plan,
+        draft: &Draft,
+        (rng, noise): (&mut ChaCha8Rng, u64),
+    ) -> Result<Option<Self>, StudyError> {
         let Some(fair) = Fair::of(draft) else { return Ok(None) };
+        // Whatever follows from the generator now is noise and lost rows.
+        (0..noise).for_each(|_| *rng = ChaCha8Rng::from_rng(rng));
         let Fair { motions, effects, matter, model_gap } = fair;
         let how = draft.concealment;
         let noise = |o: &Output| (draft.nominal.state_name(o.entry).to_owned(), how.total(o.sd));
