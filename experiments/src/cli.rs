@@ -150,6 +150,9 @@ enum Study {
         /// Longest that a diagnosis may take, in seconds.
         #[arg(long, default_value_t = 600)]
         timeout: u64,
+        /// Keep the files of all diagnoses in this directory.
+        #[arg(long, value_name = "DIR")]
+        keep: Option<PathBuf>,
         /// The command under test; by default the one beside this executable.
         #[arg(long, value_name = "PATH")]
         lacuna: Option<PathBuf>,
@@ -296,9 +299,9 @@ pub fn run() -> ExitCode {
             let (unlike, jobs) = (unlike.min(machines), jobs as usize);
             fleet::run(&fleet::Settings { fleets, machines, unlike, jobs, lacuna }, &common)
         }
-        Study::Invariance { cases, only, timeout, lacuna, common } => {
+        Study::Invariance { cases, only, timeout, keep, lacuna, common } => {
             let cases = cases as usize;
-            invariance::run(&invariance::Settings { cases, only, timeout, lacuna }, &common)
+            invariance::run(&invariance::Settings { cases, only, timeout, keep, lacuna }, &common)
         }
         Study::Calibration { fit, check, map } => concealed::calibration::run(&fit, &check, &map),
         Study::Ablation { cases, fields, jobs, resume, common } => {

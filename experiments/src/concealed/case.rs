@@ -18,6 +18,10 @@ use crate::StudyError;
 
 /// Draws before a topic is given up.
 const ATTEMPTS: usize = 400;
+/// Fewest samples of a recording at rest: no shorter one is read.
+const REST_SAMPLES: usize = 120;
+/// Recordings that a machine may take to come to rest.
+const SETTLING: usize = 4;
 
 /// A case.
 #[derive(Clone, Debug)]
@@ -84,11 +88,43 @@ impl Case {
     /// # Errors
     /// As [`Case::draw`].
     pub fn draw_with_noise(seed: u64, plan: &Plan, noise: u64) -> Result<Self, StudyError> {
+        Ok(Self::drafted(seed, plan, noise)?.1)
+    }
+
+    /// A recording of the case's machine at rest, a second or a hundred and twenty samples; none where it does not
+    /// come to rest.
+    ///
+    /// # Errors
+    /// As [`Case::draw`].
+    pub fn rest(seed: u64, plan: &Plan) -> Result<Option<Recording>, StudyError> {
+        let (draft, _, mut rng) = Self::drafted(seed, plan, 0)?;
+        let samples = ((1.0 / draft.spec.step) as usize).max(REST_SAMPLES);
+        let Ok(motion) = draft.settling(SETTLING * draft.spec.samples) else { return Ok(None) };
+        let begin = motion.times.len() - samples;
+        let is_still = |o: &Output| {
+            let all = &motion.series(o.entry)[begin..];
+            let range = all.iter().fold((f64::MAX, f64::MIN), |r, y| (r.0.min(*y), r.1.max(*y)));
+            range.1 - range.0 < 0.1 * o.sd
+        };
+        if !draft.outputs.iter().all(is_still) {
+            return Ok(None);
+        }
+        let kept: Vec<usize> = (begin..motion.times.len()).collect();
+        let recording = measured(&draft, &motion, &motion.times, &mut rng)?;
+        Ok(Some(rows(&recording, &kept)))
+    }
+
+    /// A fair draft with its case, and the generator as it is then.
+    fn drafted(
+        seed: u64,
+        plan: &Plan,
+        noise: u64,
+    ) -> Result<(Draft, Self, ChaCha8Rng), StudyError> {
         let mut rng = generator(seed, plan.stream);
         for _ in 0..ATTEMPTS {
             let Some(draft) = Draft::draw(plan.topic, &mut rng)? else { continue };
             if let Some(case) = Self::of(plan, &draft, (&mut rng, noise))? {
-                return Ok(case);
+                return Ok((draft, case, rng));
             }
         }
         Err(ConcealedError::NoCase { topic: plan.topic.words(), attempts: ATTEMPTS }.into())

@@ -73,11 +73,17 @@ impl Answer {
     }
 }
 
-/// All but words, which hold the names of files.
+/// All but words and the names of files.
 fn numbers(value: &Value) -> Value {
     match value {
         Value::String(_) => Value::Null,
         Value::Array(all) => all.iter().map(numbers).collect(),
+        // What is said of each recording, whatever its file is called.
+        Value::Object(all) if all.keys().any(|key| key.ends_with(".csv")) => {
+            let mut all: Vec<Value> = all.values().map(numbers).collect();
+            all.sort_by_key(Value::to_string);
+            all.into()
+        }
         Value::Object(all) => {
             // Ordered by key, whatever the order of the file.
             let all: BTreeMap<_, _> = all.iter().map(|(k, v)| (k.clone(), numbers(v))).collect();
@@ -109,7 +115,7 @@ mod tests {
     use super::*;
 
     const SAID: &str = r#"{"verdict": "missing_physics", "findings": [{"class": "end_stop", "channel": "n1_q",
-        "probability": 0.9, "says": "run1.csv"}], "fit": {"n1_q": {"noise": 0.25}}}"#;
+        "probability": 0.9, "says": "run1.csv"}], "fit": {"n1_q": {"noise": 0.25}}, "where": {"run1.csv": 7}}"#;
 
     #[test]
     fn names_are_as_they_were_and_words_do_not_count() {

@@ -18,6 +18,7 @@ mod noise;
 mod order;
 mod parameter;
 mod posed;
+mod rest;
 mod scale;
 mod split;
 mod threads;
@@ -98,6 +99,7 @@ pub static TRANSFORMATIONS: &[&dyn Transformation] = &[
     &scale::Scale(1e-6),
     &scale::Scale(1e6),
     &noise::Noise,
+    &rest::Rest,
 ];
 
 /// What is drawn, and who is asked.
@@ -109,6 +111,8 @@ pub struct Settings {
     pub only: Vec<String>,
     /// Longest that a diagnosis may take (s).
     pub timeout: u64,
+    /// Keep the files of all diagnoses in this directory.
+    pub keep: Option<PathBuf>,
     /// The command under test; by default the one beside this executable.
     pub lacuna: Option<PathBuf>,
 }
@@ -179,10 +183,17 @@ pub fn run(settings: &Settings, common: &Common) -> Result<(), StudyError> {
         let case = Case::draw(common.seed, &plan)?;
         let posed = Posed::of(&case)?;
         let subject = Subject { seed: common.seed, plan: &plan, case: &case, posed };
-        results.ask(&tool, &subject, AS_IT_IS, || Ok(Some(subject.posed.clone())), common)?;
+        let place = (settings, common);
+        results.ask(&tool, &subject, AS_IT_IS, || Ok(Some(subject.posed.clone())), place)?;
         bar.inc(1);
+        // A case without a diagnosis in time says nothing of transformations.
+        let answered =
+            results.rows.iter().any(|r| r.case == case.sealed.case && r.answer.is_some());
+        if !answered {
+            continue;
+        }
         for t in &chosen {
-            results.ask(&tool, &subject, t.name(), || t.apply(&subject), common)?;
+            results.ask(&tool, &subject, t.name(), || t.apply(&subject), place)?;
             bar.inc(1);
         }
     }
@@ -223,7 +234,7 @@ impl Results {
         subject: &Subject,
         transformation: &str,
         pose: impl Fn() -> Result<Option<Posed>, StudyError>,
-        common: &Common,
+        (settings, common): (&Settings, &Common),
     ) -> Result<(), StudyError> {
         let case = &subject.case.sealed;
         let done =
@@ -232,7 +243,11 @@ impl Results {
             return Ok(());
         }
         let Some(posed) = pose()? else { return Ok(()) };
-        let (outcome, seconds) = posed.diagnosed(tool)?;
+        let failed = |source| StudyError::Write { path: std::env::temp_dir(), source };
+        let temporary = tempfile::tempdir().map_err(failed)?;
+        let folder = settings.keep.as_ref().map(|keep| keep.join(&case.case).join(transformation));
+        let folder = folder.unwrap_or_else(|| temporary.path().to_owned());
+        let (outcome, seconds) = posed.diagnosed(tool, &folder)?;
         let (answer, crash) = match outcome {
             Ok(answer) => (Some(answer), None),
             Err(complaint) => (None, Some(complaint)),

@@ -4,6 +4,7 @@ use lacuna_recordings::{Column, Recording, write_csv_with_time};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
+use std::path::Path;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, Value, value};
 
 use super::Answer;
@@ -54,14 +55,20 @@ impl Posed {
     ///
     /// # Errors
     /// [`StudyError`] where files cannot be written or the command cannot be started.
-    pub fn diagnosed(&self, tool: &Tool) -> Result<(Result<Answer, String>, f64), StudyError> {
-        let failed = |source| StudyError::Write { path: std::env::temp_dir(), source };
-        let folder = tempfile::tempdir().map_err(failed)?;
-        let model = folder.path().join("model.toml");
-        fs::write(&model, self.model.to_string())
-            .map_err(|source| StudyError::Write { path: model, source })?;
+    pub fn diagnosed(
+        &self,
+        tool: &Tool,
+        folder: &Path,
+    ) -> Result<(Result<Answer, String>, f64), StudyError> {
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            |source| StudyError::Write { path, source }
+        };
+        fs::create_dir_all(folder).map_err(failed(folder))?;
+        let model = folder.join("model.toml");
+        fs::write(&model, self.model.to_string()).map_err(failed(&model))?;
         for recording in &self.recordings {
-            let path = folder.path().join(&recording.name);
+            let path = folder.join(&recording.name);
             write_csv_with_time(&path, recording, &self.time_column)
                 .map_err(ConcealedError::from)?;
         }
@@ -69,7 +76,9 @@ impl Posed {
         arguments.extend(self.recordings.iter().map(|r| OsString::from(&r.name)));
         arguments.push("--json".into());
         let tool = self.environment.iter().fold(tool.clone(), |t, (name, v)| t.with(name, v));
-        let answer = tool.run(folder.path(), &arguments)?;
+        let answer = tool.run(folder, &arguments)?;
+        let said = folder.join("diagnosis.json");
+        fs::write(&said, &answer.stdout).map_err(failed(&said))?;
         let outcome = match answer.code {
             Some(0) => Answer::read(&answer.stdout, &self.names).map_err(|e| e.to_string()),
             None => Err("no answer in time".to_owned()),
