@@ -23,7 +23,8 @@ fn standardised_errors(bench: Bench, seeds: std::ops::Range<u64>) -> Vec<f64> {
             // Windows grow to the whole recording.
             assert_eq!(fit.windowed.level, 0, "{} seed {seed}", model.name);
             let reduced = fit.reduced();
-            assert!((0.9..1.1).contains(&reduced), "{} seed {seed}: {reduced}", model.name);
+            // The noise that it is measured by is estimated, to some percent.
+            assert!((0.8..1.2).contains(&reduced), "{} seed {seed}: {reduced}", model.name);
             let (truth, std) = (truth.values(), fit.parameter_std(1.0));
             let free = (0..truth.len()).filter(|&k| model.parameters[k].std() > 0.0);
             free.map(|k| (fit.hypothesis.parameters[k] - truth[k]) / std[k]).collect::<Vec<_>>()
