@@ -249,6 +249,17 @@ pub enum RecordingError {
         /// What to do.
         advice: &'static str,
     },
+    /// No message of which a column is wanted.
+    #[error(
+        "{file} has no message of which a column is used; the columns of its topics are: {}",
+        list(available)
+    )]
+    NoMessages {
+        /// The file.
+        file: String,
+        /// The columns that exist.
+        available: Vec<String>,
+    },
     /// More memory than a file may make a reader take.
     #[error(
         "{file}: what it holds takes {} MiB of memory, where {} MiB are allowed; ask for fewer columns \

@@ -42,6 +42,7 @@ mod error;
 mod hold;
 mod kinds;
 mod log;
+mod mcap;
 mod memory;
 mod noise;
 mod outliers;
@@ -57,6 +58,7 @@ mod table;
 mod unwrap;
 
 pub use crate::csv::{Csv, write_csv, write_csv_with_time};
+pub use crate::mcap::Mcap;
 pub use crate::parquet::Parquet;
 pub use conditioning::{Cleaned, condition, conditioning_notes, in_samples};
 pub use error::RecordingError;

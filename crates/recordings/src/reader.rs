@@ -8,6 +8,7 @@ use crate::csv::Csv;
 use crate::error::RecordingError;
 use crate::kinds::kind;
 use crate::log::{Log, Wanted};
+use crate::mcap::Mcap;
 use crate::parquet::Parquet;
 use crate::recording::Recording;
 use crate::source::RecordingSource;
@@ -36,7 +37,7 @@ pub trait Reader: Sync {
 }
 
 /// All readers.
-pub static READERS: &[&dyn Reader] = &[&Csv, &Parquet];
+pub static READERS: &[&dyn Reader] = &[&Csv, &Parquet, &Mcap];
 
 /// Bytes of a file that its reader may be recognised by.
 const HEAD: u64 = 512;

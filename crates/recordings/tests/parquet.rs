@@ -258,8 +258,11 @@ fn what_is_wrong_is_said() {
     assert!(message.starts_with("run.parquet has 10000 rows, fewer than"), "{message}");
     let message = said(&path, "#t=200..", "t");
     assert!(message.contains("holds none of the 10000 rows"), "{message}");
-    let message = said(&path, "", "u");
-    assert!(message.starts_with("run.parquet: time does not increase: 0 s in row 0"), "{message}");
+    let message = said(&path, "#rows=1..", "u");
+    assert!(
+        message.starts_with("run.parquet#rows=1..: time does not increase: -0.0000001 s in row 0"),
+        "{message}"
+    );
     let message = said(&path, "", "q");
     assert!(message.contains("row 3: the time column 'q' is missing here"), "{message}");
 }
