@@ -5,12 +5,15 @@ use lacuna_units::names::nearest;
 use crate::error::RecordingError;
 use crate::recording::Recording;
 
+/// Whether a column of a name is wanted.
+type Choice<'a> = Box<dyn Fn(&str) -> bool + 'a>;
+
 /// Which columns of a file are wanted. What nobody wants is not kept in memory.
 #[derive(Default)]
 pub struct Wanted<'a> {
     /// Name of the column of time.
     pub time: &'a str,
-    keeps: Option<Box<dyn Fn(&str) -> bool + 'a>>,
+    keeps: Option<Choice<'a>>,
     needed: Vec<String>,
     held: Vec<String>,
 }

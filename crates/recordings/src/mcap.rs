@@ -7,7 +7,7 @@
 //!
 //! Rows are the samples of the topic that the name of time names, else of the one with the most samples of
 //! those of which a column is wanted; time is counted in seconds from the first message of the log. How others are
-//! brought onto these times: [`clocks`].
+//! brought onto these times: `clocks`.
 
 mod clocks;
 mod definition;
