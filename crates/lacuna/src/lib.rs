@@ -12,6 +12,7 @@
 //! | --- | --- |
 //! | what moves: models, integrators | [`plants`] |
 //! | bodies that hang together by joints, from URDF or MJCF | [`rigid`] |
+//! | simulators that are FMUs | [`fmu`] |
 //! | numbers with exact derivatives | [`numbers`] |
 //! | the catalogue of effects r can be made of | [`effects`] |
 //! | what drives and disturbs it | [`excitation`] |
@@ -45,6 +46,7 @@ pub use lacuna_control as control;
 pub use lacuna_discrepancy as discrepancy;
 pub use lacuna_effects as effects;
 pub use lacuna_excitation as excitation;
+pub use lacuna_fmu as fmu;
 pub use lacuna_numbers as numbers;
 pub use lacuna_occupation as occupation;
 pub use lacuna_plants as plants;

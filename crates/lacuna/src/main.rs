@@ -40,6 +40,9 @@ enum Command {
     Compile(commands::compile::Arguments),
     /// An identified or compiled model as one source file in Rust or C
     Export(commands::export::Arguments),
+    /// What the command calls itself for, to evaluate an FMU in a process of its own
+    #[command(hide = true)]
+    EvaluateFmu(commands::evaluate_fmu::Arguments),
     /// Conceal an effect in made-up recordings, diagnose them, and unseal it
     Demo(commands::demo::Arguments),
 }
@@ -47,6 +50,7 @@ enum Command {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     interrupt::exit_when_interrupted();
+    commands::evaluate_fmu::name_this_program();
     let result = match arguments.command {
         Command::Init(a) => commands::init::run(&a),
         Command::Check(a) => commands::check::run(&a),
@@ -57,6 +61,7 @@ fn main() -> ExitCode {
         Command::Identify(a) => commands::identify::run(&a),
         Command::Compile(a) => commands::compile::run(&a),
         Command::Export(a) => commands::export::run(&a),
+        Command::EvaluateFmu(a) => commands::evaluate_fmu::run(&a),
         Command::Demo(a) => commands::demo::run(&a),
     };
     result.unwrap_or_else(|error| {

@@ -1,4 +1,4 @@
-//! A model of equations (TOML) or one that `lacuna identify` wrote (JSON), known by its text, and what can
+//! A model of equations (TOML, a robot's file, an FMU) or one that `lacuna identify` wrote (JSON), known by its text, and what can
 //! be done with either.
 
 use crate::discrepancy::{Dataset, DiagnoseError, IdentifiedPredictor, Prediction, Predictor};

@@ -157,6 +157,7 @@ impl<'a> Ladder<'a> {
                 "The model gives no derivatives: they are differences, with a measured error of at most {error:.0e} of their size."
             ));
         }
+        notes.extend(model.dynamics().trouble());
         notes.extend(self.says_driving());
         notes.extend(self.says_coloured());
         notes.extend(clean::notes(self.problem.dataset, self.held_out));

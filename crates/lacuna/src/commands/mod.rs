@@ -6,6 +6,7 @@ pub mod compare;
 pub mod compile;
 pub mod demo;
 pub mod diagnose;
+pub mod evaluate_fmu;
 pub mod export;
 pub mod fleet;
 pub mod identify;

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// The model: a TOML file of equations, or model.json of `lacuna identify`
+    /// The model: a TOML file of equations, a robot's file, an FMU, or model.json of `lacuna identify`
     model: PathBuf,
     /// The recording whose inputs drive the model: FILE.csv, FILE.csv#rows=100..200 or
     /// FILE.csv#t=1.0..2.5

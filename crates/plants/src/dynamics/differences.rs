@@ -53,9 +53,45 @@ pub trait Simulator: Debug + Send + Sync + 'static {
             self.evaluate(&Point::new(sizes, parameters, variables), mass, force);
         }
     }
+
+    /// Whether it has the derivatives of its rates by an entry of a point itself: by a parameter, or
+    /// by a variable after all parameters.
+    fn has_derivative(&self, sizes: Sizes, entry: usize) -> bool {
+        let _ = (sizes, entry);
+        false
+    }
+
+    /// As [`Simulator::evaluate_all`], and derivatives at the first point by `entries`, which all are such
+    /// that it has ([`Simulator::has_derivative`]): a row of `slopes` each.
+    fn evaluate_along(
+        &self,
+        sizes: Sizes,
+        points: &[f64],
+        rates: &mut [f64],
+        (entries, slopes): (&[usize], &mut [f64]),
+    ) {
+        let _ = (entries, slopes);
+        self.evaluate_all(sizes, points, rates);
+    }
+
+    /// Number of outputs of its own, beside the state's entries and the inputs.
+    fn outputs(&self) -> usize {
+        0
+    }
+
+    /// These outputs at several points, as [`Simulator::evaluate_all`] does with rates.
+    fn observe_all(&self, sizes: Sizes, points: &[f64], outputs: &mut [f64]) {
+        let _ = (sizes, points);
+        outputs.fill(f64::NAN);
+    }
+
+    /// What went wrong so far, in a sentence ([`Dynamics::trouble`]).
+    fn trouble(&self) -> Option<String> {
+        None
+    }
 }
 
-/// The dynamics of a [`Simulator`], derivatives by differences.
+/// The dynamics of a [`Simulator`], derivatives by differences where it has none.
 #[derive(Debug)]
 pub struct Differences<S>(Arc<Shared<S>>);
 
@@ -85,8 +121,21 @@ impl<S: Simulator> Dynamics for Differences<S> {
         self.0.simulator.mass()
     }
 
+    fn outputs(&self) -> usize {
+        self.0.simulator.outputs()
+    }
+
     fn derivative_error(&self) -> Option<f64> {
-        Some(f64::from_bits(self.0.worst.load(Ordering::Relaxed)))
+        let Sizes { parameters, .. } = self.0.sizes;
+        let entries = parameters + self.0.sizes.variables() - 1;
+        let known = |k: usize| self.0.simulator.has_derivative(self.0.sizes, k);
+        let worst = f64::from_bits(self.0.worst.load(Ordering::Relaxed));
+        // Those by parameters that are known exactly are never asked for.
+        (worst > 0.0 || !(parameters..entries).all(known)).then_some(worst)
+    }
+
+    fn trouble(&self) -> Option<String> {
+        self.0.simulator.trouble()
     }
 
     fn bind(&self, parameters: &[f64]) -> Bound {
@@ -116,6 +165,11 @@ impl<S: Simulator> BoundDynamics<f64> for BoundSimulator<S, f64> {
     fn evaluate(&self, _room: &mut Room<f64>, variables: &[f64], rates: &mut [f64]) {
         self.shared.rates(&self.parameters, variables, rates);
     }
+
+    fn observe(&self, variables: &[f64], outputs: &mut [f64]) {
+        let point = [&self.parameters, variables].concat();
+        self.shared.simulator.observe_all(self.shared.sizes, &point, outputs);
+    }
 }
 
 impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
@@ -126,29 +180,58 @@ impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
     }
 
     fn evaluate(&self, room: &mut Room<Dual>, variables: &[Dual], rates: &mut [Dual]) {
-        let all = || self.parameters.iter().chain(variables);
         let entries = self.parameters.len() + variables.len();
         let mut near = Nearby::of(&mut room.plain, entries, rates.len());
+        let Shared { simulator, sizes, .. } = &*self.shared;
+        let known = |entry: usize| simulator.has_derivative(*sizes, entry);
+        self.differentiate(&mut near, variables, &known, &|points, rates, along| {
+            simulator.evaluate_along(*sizes, points, rates, along);
+        });
+        near.write(self.parameters.iter().chain(variables), rates);
+    }
+
+    fn observe(&self, variables: &[Dual], outputs: &mut [Dual]) {
+        let entries = self.parameters.len() + variables.len();
+        let mut plain = vec![0.0; Nearby::length(entries, outputs.len())];
+        let mut near = Nearby::of(&mut plain, entries, outputs.len());
+        let Shared { simulator, sizes, .. } = &*self.shared;
+        self.differentiate(&mut near, variables, &|_| false, &|points, outputs, _| {
+            simulator.observe_all(*sizes, points, outputs);
+        });
+        near.write(self.parameters.iter().chain(variables), outputs);
+    }
+}
+
+/// What is differentiated: values at points, and derivatives at the first of them that are known.
+type Evaluate<'a> = dyn Fn(&[f64], &mut [f64], (&[usize], &mut [f64])) + 'a;
+
+impl<S: Simulator> BoundSimulator<S, Dual> {
+    /// Values and derivatives at a point.
+    fn differentiate(
+        &self,
+        near: &mut Nearby<'_>,
+        variables: &[Dual],
+        known: &dyn Fn(usize) -> bool,
+        evaluate: &Evaluate<'_>,
+    ) {
+        let all = || self.parameters.iter().chain(variables);
         near.begin(all());
+        let along: Vec<usize> = near.moved().filter(|&entry| known(entry)).collect();
+        near.leave(&along);
         for attempt in 0..TRIES {
             let rows = near.lay_out();
             if rows == 1 && attempt > 0 {
                 break;
             }
             // The point itself is evaluated with the first of those around it.
-            near.evaluate(&self.shared, usize::from(attempt > 0)..rows);
+            match attempt {
+                0 => near.evaluate_along(rows, &along, evaluate),
+                _ => near.evaluate(1..rows, evaluate),
+            }
             near.differentiate();
         }
-        for (rate, &value) in rates.iter_mut().zip(near.rates_of(0)) {
-            *rate = Dual { value, tangent: [0.0; lacuna_numbers::LANES] };
-        }
-        for (i, x) in all().enumerate().filter(|(_, x)| moves(x)) {
+        for (i, _) in all().enumerate().filter(|(_, x)| moves(x)) {
             self.shared.worst.fetch_max(near.errors[i].to_bits(), Ordering::Relaxed);
-            for (rate, slope) in rates.iter_mut().zip(near.slopes_of(i)) {
-                for (to, from) in rate.tangent.iter_mut().zip(&x.tangent) {
-                    *to += slope * from;
-                }
-            }
         }
     }
 }
@@ -216,6 +299,30 @@ impl<'a> Nearby<'a> {
         }
     }
 
+    /// The entries that are moved.
+    fn moved(&self) -> impl Iterator<Item = usize> {
+        (0..self.entries).filter(|&entry| self.steps[entry] > 0.0)
+    }
+
+    /// Move these no more: their derivatives are known.
+    fn leave(&mut self, entries: &[usize]) {
+        entries.iter().for_each(|&entry| self.steps[entry] = 0.0);
+    }
+
+    /// The rates at the point, with the derivatives that are carried by all entries.
+    fn write<'x>(&self, all: impl Iterator<Item = &'x Dual>, rates: &mut [Dual]) {
+        for (rate, &value) in rates.iter_mut().zip(self.rates_of(0)) {
+            *rate = Dual { value, tangent: [0.0; lacuna_numbers::LANES] };
+        }
+        for (i, x) in all.enumerate().filter(|(_, x)| moves(x)) {
+            for (rate, slope) in rates.iter_mut().zip(self.slopes_of(i)) {
+                for (to, from) in rate.tangent.iter_mut().zip(&x.tangent) {
+                    *to += slope * from;
+                }
+            }
+        }
+    }
+
     /// The size that an entry's steps are shares of.
     fn size(&self, entry: usize) -> f64 {
         if self.sizes[entry] > 0.0 { self.sizes[entry] } else { 1.0 }
@@ -244,10 +351,23 @@ impl<'a> Nearby<'a> {
         row
     }
 
-    fn evaluate<S: Simulator>(&mut self, shared: &Shared<S>, rows: Range<usize>) {
+    fn evaluate(&mut self, rows: Range<usize>, evaluate: &Evaluate<'_>) {
         let points = &self.points[rows.start * self.entries..rows.end * self.entries];
         let rates = &mut self.rates[rows.start * self.width..rows.end * self.width];
-        shared.simulator.evaluate_all(shared.sizes, points, rates);
+        evaluate(points, rates, (&[], &mut []));
+    }
+
+    /// The first rows, the point itself among them, with the derivatives there that are known.
+    fn evaluate_along(&mut self, rows: usize, along: &[usize], evaluate: &Evaluate<'_>) {
+        let mut slopes = vec![0.0; along.len() * self.width];
+        let points = &self.points[..rows * self.entries];
+        evaluate(points, &mut self.rates[..rows * self.width], (along, &mut slopes));
+        for (&entry, slopes) in along.iter().zip(slopes.chunks_exact(self.width)) {
+            if slopes.iter().all(|slope| slope.is_finite()) {
+                self.errors[entry] = 0.0;
+                self.slopes[entry * self.width..(entry + 1) * self.width].copy_from_slice(slopes);
+            }
+        }
     }
 
     /// Derivatives by the entries that are still moved, and smaller steps for the next time.

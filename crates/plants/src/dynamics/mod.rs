@@ -23,7 +23,7 @@
 //!
 //! | what there is | becomes [`Dynamics`] by |
 //! | --- | --- |
-//! | expressions in a model file, or the robot that it names | [`crate::Model::read`] |
+//! | expressions in a model file, or the robot or FMU that it names | [`crate::Model::read`] |
 //! | a closure for v' and x', or two for M and for F and D | [`crate::model::Builder::rates`], [`crate::model::Builder::mechanics`] |
 //! | a program that computes in `f64` | [`Simulator`] and [`Differences`] |
 //! | Rust that computes in any [`Number`] | [`GenericSimulator`] and [`Exact`] |
@@ -33,6 +33,7 @@ mod closure;
 mod differences;
 mod equations;
 mod exact;
+mod fmu;
 mod implicit;
 mod robot;
 
@@ -40,6 +41,7 @@ pub(crate) use closure::{Mechanics, Rates};
 pub use differences::{Differences, Simulator};
 pub(crate) use equations::{Equations, Nodes};
 pub use exact::{Exact, GenericSimulator};
+pub(crate) use fmu::Unit;
 pub use implicit::{Implicit, ImplicitRoom};
 pub(crate) use robot::{PARTS, Part, RobotDynamics};
 
@@ -125,6 +127,11 @@ pub trait Dynamics: Debug + Send + Sync {
     /// Largest error that derivatives taken so far were measured to have, as a share of
     /// `|dF/dx| + |F|/|x|`; `None` where derivatives are exact.
     fn derivative_error(&self) -> Option<f64> {
+        None
+    }
+
+    /// What went wrong so far, in a sentence, where a simulator could not be evaluated; none where nothing did.
+    fn trouble(&self) -> Option<String> {
         None
     }
 

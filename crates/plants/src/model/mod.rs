@@ -38,6 +38,7 @@ use crate::input::{InputPath, MOTION};
 use lacuna_effects::{Channel, Effect, Law, Variable};
 use lacuna_numbers::Linear;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// What is believed of a machine.
@@ -75,6 +76,8 @@ struct Source {
     text: String,
     /// The robot's own file, where the model names one.
     robot: Option<RobotFile>,
+    /// The FMU, where the model names one.
+    fmu: Option<PathBuf>,
 }
 
 /// A recorded signal that drives the machine.

@@ -3,6 +3,7 @@
 mod channel;
 mod define;
 mod effect;
+mod fmu;
 mod robot;
 mod value;
 
@@ -17,6 +18,7 @@ use crate::dynamics::{Equations, Nodes, Sizes};
 use crate::expression::{FORCE_ON, Graph, NodeId, parse};
 use define::Definitions;
 use effect::RawEffect;
+use fmu::RawFmu;
 use indexmap::IndexMap;
 use robot::RawRobot;
 use serde::Deserialize;
@@ -35,6 +37,7 @@ struct File {
     #[serde(default)]
     parameters: IndexMap<Spanned<String>, RawParameter>,
     robot: Option<Spanned<RawRobot>>,
+    fmu: Option<Spanned<RawFmu>>,
     #[serde(default)]
     define: Definitions,
     #[serde(default)]
@@ -140,8 +143,8 @@ impl Default for RawRecordings {
 }
 
 impl Model {
-    /// Read a model file, or a robot's own (URDF or MJCF), all that it does not say as where a model file
-    /// does not.
+    /// Read a model file, or a robot's own (URDF or MJCF) or an FMU, all that it does not say as where a
+    /// model file does not.
     ///
     /// # Errors
     /// [`ModelError`] with the file, line and column, and what was expected there.
@@ -151,6 +154,10 @@ impl Model {
             let message = format!("the model file cannot be read: {e}");
             ModelError { file: file.clone(), place: None, message }
         })?;
+        if let Some(about) = fmu::about(path, &text) {
+            let reader = Reader { text: &about, file: &file, robot: None };
+            return reader.model(reader.file()?);
+        }
         let text = String::from_utf8(text).map_err(|_| {
             let message = "this is no text file; a model is a TOML file in UTF-8".to_owned();
             ModelError { file: file.clone(), place: None, message }
@@ -277,6 +284,9 @@ impl Reader<'_> {
         if let Some(robot) = &raw.robot {
             return self.robot(&raw, robot);
         }
+        if let Some(fmu) = &raw.fmu {
+            return self.fmu(&raw, fmu);
+        }
         let mut names = self.names(&raw)?;
         let parameters = self.parameters(&raw)?;
         let mut nodes = Nodes::default();
@@ -311,6 +321,7 @@ impl Reader<'_> {
                 file: self.file.to_owned(),
                 text: self.text.to_owned(),
                 robot: None,
+                fmu: None,
             })),
         };
         self.check_force_units(&model, &raw.coordinate)?;

@@ -1,8 +1,9 @@
 //! A model as text, with calibrated parameters and effects added, everything else as it was.
 
-use super::{Model, ModelEffect, ModelError, Parameter, Uncertainty};
+use super::{Model, ModelEffect, ModelError, Parameter, Source, Uncertainty};
 use lacuna_effects::{Effect, Kind, Variable};
 use std::path::Path;
+use std::sync::Arc;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
 /// A text as a model file has it, in quotes.
@@ -85,6 +86,9 @@ impl Model {
         if let Some(robot) = &source.robot {
             document["robot"]["file"] = value(absolute(&robot.path));
         }
+        if let Some(path) = &source.fmu {
+            document["fmu"]["file"] = value(absolute(path));
+        }
         self.augment(&mut document, &source.file, augmentation)?;
         let out = document.to_string();
         debug_assert!(Model::from_text(&out, &source.file).is_ok(), "{out}");
@@ -135,13 +139,14 @@ impl Model {
         Ok(())
     }
 
-    /// A parameter that the text leaves to the robot's own file.
+    /// A parameter that the text leaves to the robot's own file, or to the FMU.
     fn declare(&self, document: &mut DocumentMut, name: &str) {
         let parameter = self.parameters.iter().find(|p| p.name == name);
-        let from_robot = self.source.as_ref().is_some_and(|source| source.robot.is_some());
+        let elsewhere = |source: &Arc<Source>| source.robot.is_some() || source.fmu.is_some();
+        let elsewhere = self.source.as_ref().is_some_and(elsewhere);
         let parameters = document.entry("parameters").or_insert(Item::Table(Table::new()));
         let (Some(p), Some(table)) = (parameter, parameters.as_table_like_mut()) else { return };
-        if from_robot && !table.contains_key(name) {
+        if elsewhere && !table.contains_key(name) {
             table.insert(name, value(as_entry(p)));
         }
     }

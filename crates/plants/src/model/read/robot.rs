@@ -9,6 +9,7 @@ use crate::model::{
 use lacuna_rigid::{GRAVITY, Joint, JointKind, Robot, RobotError, Tree};
 use serde::Deserialize;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
@@ -59,7 +60,7 @@ pub(super) fn about(path: &Path, text: &str) -> Option<String> {
 
 impl Reader<'_> {
     pub(super) fn robot(&self, raw: &File, table: &Spanned<RawRobot>) -> Result<Model, ModelError> {
-        self.check_alone(raw, table)?;
+        self.check_alone(raw, table.span(), "[robot] says how all joints move")?;
         let robot = table.get_ref();
         let file = self.beside(robot.file.get_ref());
         let (tree, mut own) = self.tree(robot, file)?;
@@ -87,6 +88,7 @@ impl Reader<'_> {
                 file: self.file.to_owned(),
                 text: self.text.to_owned(),
                 robot: Some(own),
+                fmu: None,
             })),
         };
         self.override_parameters(raw, &mut model)?;
@@ -105,26 +107,30 @@ impl Reader<'_> {
         Ok(model)
     }
 
-    /// A robot's file is all that moves.
-    fn check_alone(&self, raw: &File, table: &Spanned<RawRobot>) -> Result<(), ModelError> {
+    /// A robot's own file, or an FMU, is all that moves.
+    pub(super) fn check_alone(
+        &self,
+        raw: &File,
+        table: Range<usize>,
+        says: &str,
+    ) -> Result<(), ModelError> {
         let others = [
             ("[[coordinate]]", !raw.coordinate.is_empty()),
             ("[[state]]", !raw.state.is_empty()),
             ("[mechanics]", raw.mechanics.is_some()),
             ("[define]", !raw.define.is_empty()),
+            ("[fmu]", raw.fmu.is_some() && raw.robot.is_some()),
         ];
         match others.iter().find(|(_, there)| *there) {
             Some((other, _)) => {
-                let message =
-                    format!("[robot] says how all joints move: {other} cannot stand beside it");
-                Err(self.error(table.span(), message))
+                Err(self.error(table, format!("{says}: {other} cannot stand beside it")))
             }
             None => Ok(()),
         }
     }
 
     /// A path relative to this file.
-    fn beside(&self, name: &str) -> PathBuf {
+    pub(super) fn beside(&self, name: &str) -> PathBuf {
         Path::new(self.file).parent().unwrap_or(Path::new("")).join(name)
     }
 
@@ -251,13 +257,16 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// `[[input]]` beside a robot: what is known of the signals that drive its joints.
-    fn override_inputs(&self, raw: &[RawInput], model: &mut Model) -> Result<(), ModelError> {
+    /// `[[input]]` beside a robot or an FMU: what is known of the signals that drive it.
+    pub(super) fn override_inputs(
+        &self,
+        raw: &[RawInput],
+        model: &mut Model,
+    ) -> Result<(), ModelError> {
         for (new, raw) in self.inputs(raw)?.into_iter().zip(raw) {
             let known: Vec<_> = model.inputs.iter().map(|i| i.name.clone()).collect();
             let Some(own) = model.inputs.iter_mut().find(|i| i.name == new.name) else {
-                let message =
-                    format!("'{}' is none of the robot's inputs: {}", new.name, known.join(", "));
+                let message = format!("'{}' is none of the inputs: {}", new.name, known.join(", "));
                 return Err(self.error(raw.name.span(), message));
             };
             (own.actuator, own.noise) = (new.actuator, new.noise);
