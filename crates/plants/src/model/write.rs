@@ -2,6 +2,7 @@
 
 use super::{Model, ModelEffect, ModelError, Parameter, Source, Uncertainty};
 use lacuna_effects::{Effect, Kind, Variable};
+use lacuna_units::{Unit, convert_factor};
 use std::path::Path;
 use std::sync::Arc;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
@@ -151,19 +152,28 @@ impl Model {
         }
     }
 
-    /// A parameter with its calibrated value; how sure the model was of it stays as it was.
+    /// A parameter with its calibrated value, in the unit that its entry states; how sure the model was of it stays
+    /// as it was.
     fn calibrate(&self, entry: &mut Item, name: &str, (new, std): (f64, f64)) {
-        entry["value"] = value(new);
-        let before = self.parameters.iter().find(|p| p.name == name).map_or(0.0, Parameter::std);
+        let own = self.parameters.iter().find(|p| p.name == name);
+        let stated = entry.get("unit").and_then(Item::as_str);
+        let factor = own.zip(stated).map_or(1.0, |(own, stated)| factor(&own.unit, stated));
+        entry["value"] = value(factor * new);
         if let Some(table) = entry.as_table_like_mut()
             && new == 0.0
             && table.remove("tolerance").is_some()
         {
             // Relative to 0 it would say nothing.
-            table.insert("std", value(before));
+            table.insert("std", value(factor * own.map_or(0.0, Parameter::std)));
         }
-        entry["calibrated_std"] = value(std);
+        entry["calibrated_std"] = value(factor.abs() * std);
     }
+}
+
+/// What a value in the unit `from` is multiplied by to be in `to`; where they are no units, or the same, that is 1.
+fn factor(from: &str, to: &str) -> f64 {
+    let factor = |from, to| convert_factor(&Unit::parse(from).ok()?, &Unit::parse(to).ok()?).ok();
+    if from == to { 1.0 } else { factor(from, to).unwrap_or(1.0) }
 }
 
 /// A parameter as a model file says it.
