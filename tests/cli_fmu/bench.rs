@@ -188,7 +188,7 @@ impl Bench {
 
 fn record(truth: &Model, run: u64) -> Recording {
     const STEP: f64 = 0.01;
-    const ROWS: usize = 700;
+    const ROWS: usize = 400;
     let mut rng = rng(7, run);
     let ranges = SinusoidRanges {
         amplitude: 0.1..=0.3,

@@ -84,7 +84,7 @@ fn what_is_not_supported_is_said() {
     says(&refused(2, whole, "<Integer start=\"0\"/>"), &["an input 'tau' of type Integer"]);
     let array = "unit=\"N.m\" start=\"0\"><Dimension start=\"3\"/></Float64>";
     says(&refused(3, "unit=\"N.m\" start=\"0\"/>", array), &["'tau' that is an array"]);
-    says(&refused(2, "derivative=\"1\"", "derivative=\"77\""), &["line 12", "\"77\"", "no such"]);
+    says(&refused(2, "derivative=\"1\"", "derivative=\"77\""), &["line 13", "\"77\"", "no such"]);
     says(&refused(2, "</ModelVariables>", ""), &["modelDescription.xml, line"]);
     says(&refused(2, "modelName=\"arm\"", "modelName=\"arm\" "), &["/arm.", "win64"]);
 }
