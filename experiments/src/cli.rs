@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use crate::concealed::{self, sealed::Group};
 use crate::manipulator_realtime::Evaluator;
 use crate::{
-    StudyError, ablation, duffing, duffing_montecarlo, fleet, lambda_ablation, manipulator,
-    manipulator_ctc, manipulator_large, manipulator_realtime, noise_sweep, speed,
+    StudyError, ablation, duffing, duffing_montecarlo, fleet, invariance, lambda_ablation,
+    manipulator, manipulator_ctc, manipulator_large, manipulator_realtime, noise_sweep, speed,
 };
 
 /// The studies of Lacuna. Statistics go to DIR/NAME.json, figures to DIR/figures.
@@ -132,6 +132,27 @@ enum Study {
         /// Machines diagnosed at a time.
         #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..))]
         jobs: u64,
+        /// The command under test; by default the one beside this executable.
+        #[arg(long, value_name = "PATH")]
+        lacuna: Option<PathBuf>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// What says nothing of a machine (units, order, names, times ...) changes nothing of its diagnosis. Results go to
+    /// DIR/invariance.json after each diagnosis; a rerun does those that are not there.
+    Invariance {
+        /// Number of cases; case k draws from random stream k.
+        #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
+        cases: u64,
+        /// Transformations; by default all.
+        #[arg(long, value_name = "NAME", value_delimiter = ',')]
+        only: Vec<String>,
+        /// Longest that a diagnosis may take, in seconds.
+        #[arg(long, default_value_t = 600)]
+        timeout: u64,
+        /// Keep the files of all diagnoses in this directory.
+        #[arg(long, value_name = "DIR")]
+        keep: Option<PathBuf>,
         /// The command under test; by default the one beside this executable.
         #[arg(long, value_name = "PATH")]
         lacuna: Option<PathBuf>,
@@ -277,6 +298,10 @@ pub fn run() -> ExitCode {
         Study::Fleet { fleets, machines, unlike, jobs, lacuna, common } => {
             let (unlike, jobs) = (unlike.min(machines), jobs as usize);
             fleet::run(&fleet::Settings { fleets, machines, unlike, jobs, lacuna }, &common)
+        }
+        Study::Invariance { cases, only, timeout, keep, lacuna, common } => {
+            let cases = cases as usize;
+            invariance::run(&invariance::Settings { cases, only, timeout, keep, lacuna }, &common)
         }
         Study::Calibration { fit, check, map } => concealed::calibration::run(&fit, &check, &map),
         Study::Ablation { cases, fields, jobs, resume, common } => {

@@ -16,6 +16,7 @@
 //! | manipulator under computed torque | [`manipulator_ctc`] | joint angles after 5 s and 10 s |
 //! | the same at 10 kHz | [`manipulator_realtime`] | how long the control law takes |
 //! | concealed physics | [`concealed`] | what `lacuna diagnose` finds of physics that was hidden from it |
+//! | invariance | [`invariance`] | whether what says nothing of a machine changes its diagnosis |
 //! | fleets | [`fleet`] | whether `lacuna fleet` finds the machines that are unlike the others |
 //! | numbers that decide | [`ablation`] | the same with each halved and doubled |
 //!
@@ -34,6 +35,7 @@ pub mod error;
 pub mod figures;
 pub mod fleet;
 pub mod identified;
+pub mod invariance;
 pub mod lambda_ablation;
 pub mod manipulator;
 pub mod manipulator_ctc;

@@ -5,22 +5,24 @@ use lacuna_numbers::Number;
 /// Where a channel's coordinate and velocity stand in the machine's state. On a first-order
 /// state both are the state itself, so that friction laws act on it as loss laws. Of an input that
 /// a law names both are its place among the inputs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Channel {
     /// Place of the coordinate.
     pub q: usize,
     /// Place of the velocity.
     pub v: usize,
+    /// Radians of a unit of the coordinate where that is an angle, metres where it is a length; 1 of any other.
+    pub si: f64,
 }
 
 impl Channel {
     /// One channel alone, in a state of its coordinate and velocity.
-    pub const ALONE: [Self; 1] = [Self { q: 0, v: 1 }];
+    pub const ALONE: [Self; 1] = [Self { q: 0, v: 1, si: 1.0 }];
 
     /// An input that a law names.
     #[must_use]
     pub const fn input(place: usize) -> Self {
-        Self { q: place, v: place }
+        Self { q: place, v: place, si: 1.0 }
     }
 }
 
@@ -57,6 +59,14 @@ impl<'a, T: Number> At<'a, T> {
     #[must_use]
     pub fn q(&self) -> T {
         self.state[self.channels[0].q]
+    }
+
+    /// The channel's coordinate as an angle in radians, whatever its unit (as a length in metres), see
+    /// [`Channel::si`].
+    #[inline(always)]
+    #[must_use]
+    pub fn angle(&self) -> T {
+        self.q() * self.channels[0].si
     }
 
     /// Velocity of the channel.

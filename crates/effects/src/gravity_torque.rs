@@ -1,4 +1,4 @@
-//! A gravity torque: `-magnitude sin(q)`.
+//! A gravity torque: `-magnitude sin(q)`, q in radians whatever the coordinate's unit.
 
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
@@ -23,10 +23,10 @@ struct GravityTorque;
 
 impl ForceLaw for GravityTorque {
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        [-at.q().sin()]
+        [-at.angle().sin()]
     }
 }
 
 fn priors(scales: &Scales) -> Vec<Prior> {
-    vec![Prior::amplitude(scales.force / scales.half_range().min(1.0))]
+    vec![Prior::amplitude(scales.force / (scales.si * scales.half_range()).min(1.0))]
 }

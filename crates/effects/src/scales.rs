@@ -1,10 +1,12 @@
 //! Magnitudes of a channel in the recordings.
 
 /// Magnitudes of a channel in the recordings: what priors and grids of shapes are spread over.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Scales {
     /// Smallest and largest coordinate.
     pub q: (f64, f64),
+    /// Radians or metres of a unit of the coordinate ([`crate::Channel::si`]).
+    pub si: f64,
     /// Half the range that the coordinate usually covers within an eighth of a recording.
     pub stroke: f64,
     /// Standard deviation of the velocity.
@@ -27,6 +29,26 @@ pub struct Scales {
     pub time: (f64, f64),
     /// Of a link: the mass of all of the robot that moves (kg), and how far from its joint it reaches (m).
     pub link: (f64, f64),
+}
+
+impl Default for Scales {
+    /// Nothing moves, in radians or metres.
+    fn default() -> Self {
+        Self {
+            q: (0.0, 0.0),
+            si: 1.0,
+            stroke: 0.0,
+            v: 0.0,
+            acceleration: 0.0,
+            force: 0.0,
+            other: (0.0, 0.0, 0.0),
+            apart: (0.0, 0.0),
+            input: (0.0, 0.0),
+            step: 0.0,
+            time: (0.0, 0.0),
+            link: (0.0, 0.0),
+        }
+    }
 }
 
 impl Scales {

@@ -7,14 +7,15 @@ use crate::discrepancy::{Dataset, DiagnoseError, Observed, Output};
 use crate::files::write_together;
 use crate::plants::Model;
 use crate::plants::model::{Measured, ModelError};
-use crate::recordings::Recording;
+use crate::recordings::{Recording, arranged};
 use crate::report;
 use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// Training and held-out data, the noise of the training recordings in both. Without recordings that
-/// are held out some are kept: one in four, or the last quarter of a single one.
+/// are held out some are kept: one in four, or the last quarter of a single one. Recordings are arranged by what they
+/// hold ([`arranged`]): their order and copies of them change nothing, and those that go on from another are one with it.
 ///
 /// # Errors
 /// What does not fit the model, with the names of the recording and column.
@@ -23,11 +24,11 @@ pub fn datasets(
     recordings: &[Recording],
     held_out: &[Recording],
 ) -> Result<(Dataset, Dataset), DiagnoseError> {
-    let all = Dataset::new(model, recordings)?;
+    let all = Dataset::new(model, &arranged(recordings))?;
     if held_out.is_empty() {
         return Ok(diagnose::split(&all));
     }
-    let held = all.for_proof(Dataset::new(model, held_out)?)?;
+    let held = all.for_proof(Dataset::new(model, &arranged(held_out))?)?;
     Ok((all, held))
 }
 

@@ -4,7 +4,7 @@ mod support;
 
 use lacuna_effects::find;
 use lacuna_plants::Model;
-use lacuna_plants::model::{Augmentation, NewEffect};
+use lacuna_plants::model::{Augmentation, NewEffect, StepInput, System};
 use support::read;
 
 const MODEL: &str = r#"
@@ -211,5 +211,23 @@ fn written_models_read_back() {
             let expected: Vec<f64> = parameters.iter().map(|p| p.0).collect();
             assert_eq!(back.effects[0].parameters, expected, "{written}");
         }
+    }
+}
+
+/// The angle of a gravity torque is in radians, whatever the coordinate's unit.
+#[test]
+fn a_gravity_torque_turns_degrees_to_radians() {
+    let effect = "[[effect]]\nclass = \"gravity_torque\"\nchannel = \"q\"\nmagnitude = 3\n";
+    // In rad, in deg with the torque in N m, and a carriage in mm.
+    for (unit, si, mass) in
+        [("rad", 1.0, "m"), ("deg", 1f64.to_radians(), "m*pi/180"), ("mm", 1e-3, "m/1000")]
+    {
+        let model = read(&format!("{}{effect}", slide(unit, INERTIA, "N m", mass, "u")));
+        let system = System::new(&model);
+        let mut state = vec![0.7 / si, 0.0];
+        let input = StepInput::Line(&[0.0], &[0.0]);
+        system.advance(&mut system.workspace(), (0.0, 1e-4), input, 1, &mut state);
+        let expected = -3.0 * 0.7f64.sin() / 2.0 * 1e-4 / si;
+        assert!((state[1] / expected - 1.0).abs() < 1e-6, "{unit}: {} {expected}", state[1]);
     }
 }

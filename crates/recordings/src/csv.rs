@@ -12,6 +12,7 @@ use lacuna_units::names::nearest;
 
 use crate::error::RecordingError;
 use crate::kinds::{Kind, kind};
+use crate::log::{Log, Wanted};
 use crate::reader::Reader;
 use crate::recording::{Column, Recording};
 use crate::source::{RecordingSource, Selection};
@@ -43,16 +44,13 @@ impl Reader for Csv {
         false
     }
 
-    fn read(
-        &self,
-        source: &RecordingSource,
-        time_column: &str,
-    ) -> Result<Recording, RecordingError> {
+    /// All columns are kept: the text of each has to be looked at anyway.
+    fn read(&self, source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
         let bytes = fs::read(&source.path).map_err(|error| RecordingError::Unreadable {
             path: source.path.clone(),
             source: error,
         })?;
-        read_bytes(&bytes, source, time_column)
+        read_bytes(&bytes, source, wanted.time).map(Into::into)
     }
 }
 
@@ -156,6 +154,7 @@ impl<'a> Table<'a> {
             RecordingError::NoTimeColumn {
                 file: self.file.clone(),
                 wanted: wanted.into(),
+                separated: ", separated by a comma, semicolon or tab,",
                 available: self.names.clone(),
                 suggestion: nearest(wanted, self.names.iter().map(String::as_str)).map(Into::into),
             }
@@ -196,7 +195,7 @@ impl<'a> Table<'a> {
         while let Some(place) = self.next(&mut record)? {
             let row = rows;
             rows += 1;
-            if !row_selected(selection, row) {
+            if !selection.has_row(row) {
                 continue;
             }
             self.check_width(&record, place, row)?;
@@ -204,7 +203,7 @@ impl<'a> Table<'a> {
                 self.check_numbers(&record, time_index, place)?;
             }
             let time = self.time(&record[time_index], time_index, place)?;
-            if !time_selected(selection, time) {
+            if !selection.has_time(time) {
                 continue;
             }
             self.check_order(previous, (place, time))?;
@@ -376,24 +375,6 @@ fn delimiter(header: &str) -> u8 {
 fn first_repeated(names: &[String]) -> Option<String> {
     let repeated = |(index, name): (usize, &String)| names[..index].contains(name);
     names.iter().enumerate().find(|&entry| repeated(entry)).map(|(_, name)| name.clone())
-}
-
-fn row_selected(selection: &Selection, row: usize) -> bool {
-    match *selection {
-        Selection::Rows { from, to } => {
-            from.is_none_or(|from| from <= row) && to.is_none_or(|to| row < to)
-        }
-        _ => true,
-    }
-}
-
-fn time_selected(selection: &Selection, time: f64) -> bool {
-    match *selection {
-        Selection::Time { from, to } => {
-            from.is_none_or(|from| from <= time) && to.is_none_or(|to| time < to)
-        }
-        _ => true,
-    }
 }
 
 fn is_missing(cell: &str) -> bool {

@@ -158,8 +158,7 @@ pub enum RecordingError {
     },
     /// The file has no column of the name that time should have.
     #[error(
-        "{file} has no time column '{wanted}'{}; its columns, separated by a comma, semicolon or \
-         tab, are: {}; the model's [recordings] section names the time column",
+        "{file} has no time column '{wanted}'{}; its columns{separated} are: {}; the model's [recordings] section names the time column",
         did_you_mean(suggestion),
         list(available)
     )]
@@ -168,6 +167,8 @@ pub enum RecordingError {
         file: String,
         /// The name asked for.
         wanted: String,
+        /// How they are told apart, where that may be wrong.
+        separated: &'static str,
         /// The columns that exist.
         available: Vec<String>,
         /// The nearest of them, where one is near.
@@ -223,6 +224,71 @@ pub enum RecordingError {
         selection: Selection,
         /// Rows in the file.
         rows: usize,
+    },
+    /// A file that ends too soon, or is not what its name or first bytes say.
+    #[error(
+        "{file} cannot be read as {format}: {reason}; was the recording interrupted, or the file cut?"
+    )]
+    Broken {
+        /// The file.
+        file: String,
+        /// The format.
+        format: &'static str,
+        /// What its reader found.
+        reason: String,
+    },
+    /// A part of a file in a way of writing that is not read.
+    #[error("{file}: {what} {found} is not read; {advice}")]
+    NotRead {
+        /// The file.
+        file: String,
+        /// What is written so.
+        what: String,
+        /// How.
+        found: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// No message of which a column is wanted.
+    #[error(
+        "{file} has no message of which a column is used; the columns of its topics are: {}",
+        list(available)
+    )]
+    NoMessages {
+        /// The file.
+        file: String,
+        /// The columns that exist.
+        available: Vec<String>,
+    },
+    /// More memory than a file may make a reader take.
+    #[error(
+        "{file}: what it holds takes {} MiB of memory, where {} MiB are allowed; ask for fewer columns \
+         ([[measurement]]), or split the file",
+        needed >> 20,
+        allowed >> 20
+    )]
+    TooLarge {
+        /// The file.
+        file: String,
+        /// Bytes that it says it takes.
+        needed: u64,
+        /// Bytes that are allowed.
+        allowed: u64,
+    },
+    /// A list that is longer in one row than in the first.
+    #[error(
+        "{file}, row {row} (from 0): the list '{column}' has more than the {expected} entries of the first \
+         row; every entry is a column of its own"
+    )]
+    LongerList {
+        /// The file.
+        file: String,
+        /// The list.
+        column: String,
+        /// The row.
+        row: usize,
+        /// Number of entries in the first row that has any.
+        expected: usize,
     },
     /// Columns in memory that make no recording.
     #[error("{table}: {source}")]

@@ -15,11 +15,11 @@ const fn of(first: &'static [u8], found: &'static str, advice: &'static str) -> 
 
 static KINDS: &[Kind] = &[
     of(b"PK\x03\x04", "a spreadsheet or zip archive", "export the sheet as CSV, or unpack it"),
-    of(b"PAR1", "a Parquet file", "convert it to CSV"),
+    of(b"PAR1", "a Parquet file", "name it .parquet"),
     of(b"\x1f\x8b", "gzip-compressed data", "decompress it first"),
     of(b"\x89HDF", "an HDF5 or MATLAB 7.3 file", "export its signals as CSV"),
     of(b"MATLAB 5.0", "a MATLAB file", "export its signals with writetable"),
-    of(b"\x89MCAP", "an MCAP log", "export its topics as CSV"),
+    of(b"\x89MCAP", "an MCAP log", "name it .mcap"),
     of(b"#ROSBAG", "a ROS bag", "export its topics as CSV"),
     of(b"SQLite format 3", "an SQLite database or ROS 2 bag", "export its topics as CSV"),
     of(b"ULog", "a PX4 log", "convert it with ulog2csv"),

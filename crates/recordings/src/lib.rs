@@ -16,6 +16,7 @@
 //! | rows k that neither noise nor motion explains | [`find_outliers`] | |
 //! | rows k on which a sensor is at the end of its range | [`find_saturated`] | |
 //! | angles made continuous, outliers and samples of a sensor at its limit left out | [`condition`] | |
+//! | which recordings there are, whatever their order and copies | [`arranged`] | |
 //! | trajectory gamma, gamma', gamma'' | [`Smoother`], with standard deviations | ... per s, s^2 |
 //!
 //! Files are named by a [`RecordingSource`] (`run.csv#rows=100..40575`), read by
@@ -36,13 +37,18 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod arrangement;
 mod conditioning;
 mod csv;
 mod error;
 mod hold;
 mod kinds;
+mod log;
+mod mcap;
+mod memory;
 mod noise;
 mod outliers;
+mod parquet;
 mod reader;
 mod recording;
 mod sampling;
@@ -54,12 +60,16 @@ mod table;
 mod unwrap;
 
 pub use crate::csv::{Csv, write_csv, write_csv_with_time};
+pub use crate::mcap::Mcap;
+pub use crate::parquet::Parquet;
+pub use arrangement::arranged;
 pub use conditioning::{Cleaned, condition, conditioning_notes, in_samples};
 pub use error::RecordingError;
 pub use hold::{InputHold, lost_input_variance, resample_input};
+pub use log::{Clock, Log, Wanted};
 pub use noise::{NoiseEstimate, estimate_noise, estimate_noise_pooled};
 pub use outliers::{Outliers, find_outliers};
-pub use reader::{READERS, Reader, read};
+pub use reader::{READERS, Reader, read, read_log};
 pub use recording::{Column, Recording};
 pub use sampling::{Gap, Sampling};
 pub use saturation::find_saturated;

@@ -7,6 +7,9 @@ use std::path::Path;
 use crate::csv::Csv;
 use crate::error::RecordingError;
 use crate::kinds::kind;
+use crate::log::{Log, Wanted};
+use crate::mcap::Mcap;
+use crate::parquet::Parquet;
 use crate::recording::Recording;
 use crate::source::RecordingSource;
 
@@ -23,22 +26,18 @@ pub trait Reader: Sync {
     /// name.
     fn recognises(&self, head: &[u8]) -> bool;
 
-    /// Reads the rows of `source`; `time_column` names the column of times, in seconds.
+    /// Reads the rows of `source` and of its columns at least those that are wanted.
     ///
     /// Rows outside the selection are not looked at, so a selection can pick one run out of a
     /// file in which several were joined.
     ///
     /// # Errors
     /// A [`RecordingError`] that says where and what to do.
-    fn read(
-        &self,
-        source: &RecordingSource,
-        time_column: &str,
-    ) -> Result<Recording, RecordingError>;
+    fn read(&self, source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError>;
 }
 
 /// All readers.
-pub static READERS: &[&dyn Reader] = &[&Csv];
+pub static READERS: &[&dyn Reader] = &[&Csv, &Parquet, &Mcap];
 
 /// Bytes of a file that its reader may be recognised by.
 const HEAD: u64 = 512;
@@ -50,7 +49,19 @@ const HEAD: u64 = 512;
 /// [`RecordingError::UnknownFormat`] lists the formats that are read; otherwise what
 /// [`Reader::read`] says.
 pub fn read(source: &RecordingSource, time_column: &str) -> Result<Recording, RecordingError> {
-    choose(READERS, &source.path)?.read(source, time_column)
+    Ok(read_log(source, &Wanted::all(time_column))?.recording)
+}
+
+/// The same of the columns that are wanted, with what else is said of the file.
+///
+/// # Errors
+/// As [`read`]; [`RecordingError::NoSuchColumn`] where a column is not there that is needed.
+pub fn read_log(source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
+    let log = choose(READERS, &source.path)?.read(source, wanted)?;
+    let kept = log.recording.columns.iter().map(|c| &c.name);
+    let names: Vec<&str> = kept.chain(&log.others).map(String::as_str).collect();
+    wanted.check_needed(&log.recording.name, &names)?;
+    Ok(log)
 }
 
 fn choose<'r>(readers: &[&'r dyn Reader], path: &Path) -> Result<&'r dyn Reader, RecordingError> {
@@ -106,8 +117,8 @@ mod tests {
             head.starts_with(b"TAPE")
         }
 
-        fn read(&self, source: &RecordingSource, _: &str) -> Result<Recording, RecordingError> {
-            Ok(Recording { name: source.name(), time: vec![], columns: vec![] })
+        fn read(&self, source: &RecordingSource, _: &Wanted) -> Result<Log, RecordingError> {
+            Ok(Recording { name: source.name(), time: vec![], columns: vec![] }.into())
         }
     }
 
@@ -133,8 +144,8 @@ mod tests {
             ),
             "{said}"
         );
-        let said = chosen("run.parquet", b"PAR1\x15").unwrap_err().to_string();
-        assert!(said.contains("it looks like a Parquet file; convert it to CSV"), "{said}");
+        let said = chosen("run.bin", b"ULog\x01").unwrap_err().to_string();
+        assert!(said.contains("it looks like a PX4 log; convert it with ulog2csv"), "{said}");
         let absent = choose(&[&Csv], &folder.path().join("absent.bin")).map(Reader::format);
         assert!(matches!(absent, Err(RecordingError::Unreadable { .. })));
     }

@@ -36,6 +36,11 @@ impl Recording {
         }
     }
 
+    /// The values of all columns but time, in their order.
+    pub(crate) fn values(&self) -> impl Iterator<Item = &[f64]> {
+        self.columns.iter().map(|column| &column.values[..])
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.time.len()

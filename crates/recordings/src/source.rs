@@ -31,6 +31,28 @@ pub enum Selection {
     },
 }
 
+impl Selection {
+    /// Whether a selection by rows has this one; any other has every row.
+    pub fn has_row(&self, row: usize) -> bool {
+        match *self {
+            Self::Rows { from, to } => {
+                from.is_none_or(|from| from <= row) && to.is_none_or(|to| row < to)
+            }
+            _ => true,
+        }
+    }
+
+    /// Whether a selection by time has this one, in seconds; any other has every time.
+    pub fn has_time(&self, time: f64) -> bool {
+        match *self {
+            Self::Time { from, to } => {
+                from.is_none_or(|from| from <= time) && to.is_none_or(|to| time < to)
+            }
+            _ => true,
+        }
+    }
+}
+
 /// A file and the part of it that is meant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordingSource {

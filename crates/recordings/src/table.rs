@@ -79,6 +79,7 @@ impl Recording {
             return Err(RecordingError::NoTimeColumn {
                 file: name.into(),
                 wanted: time_column.into(),
+                separated: "",
                 suggestion: nearest(time_column, names.iter().copied()).map(Into::into),
                 available: names.into_iter().map(Into::into).collect(),
             });

@@ -2,7 +2,7 @@
 
 use lacuna_excitation::{add_gaussian_noise, rng};
 use lacuna_recordings::{Column, Recording};
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::ConcealedError;
@@ -18,6 +18,10 @@ use crate::StudyError;
 
 /// Draws before a topic is given up.
 const ATTEMPTS: usize = 400;
+/// Fewest samples of a recording at rest: no shorter one is read.
+const REST_SAMPLES: usize = 120;
+/// Recordings that a machine may take to come to rest.
+const SETTLING: usize = 4;
 
 /// A case.
 #[derive(Clone, Debug)]
@@ -76,19 +80,65 @@ impl Case {
     /// # Errors
     /// [`ConcealedError::NoCase`] when no draw is fair; errors of the plants' files.
     pub fn draw(seed: u64, plan: &Plan) -> Result<Self, StudyError> {
+        Self::draw_with_noise(seed, plan, 0)
+    }
+
+    /// The same machine and motion with the `noise`-th noise; [`Case::draw`] has that of number 0.
+    ///
+    /// # Errors
+    /// As [`Case::draw`].
+    pub fn draw_with_noise(seed: u64, plan: &Plan, noise: u64) -> Result<Self, StudyError> {
+        Ok(Self::drafted(seed, plan, noise)?.1)
+    }
+
+    /// A recording of the case's machine at rest, a second or a hundred and twenty samples; none where it does not
+    /// come to rest.
+    ///
+    /// # Errors
+    /// As [`Case::draw`].
+    pub fn rest(seed: u64, plan: &Plan) -> Result<Option<Recording>, StudyError> {
+        let (draft, _, mut rng) = Self::drafted(seed, plan, 0)?;
+        let samples = ((1.0 / draft.spec.step) as usize).max(REST_SAMPLES);
+        let Ok(motion) = draft.settling(SETTLING * draft.spec.samples) else { return Ok(None) };
+        let begin = motion.times.len() - samples;
+        let is_still = |o: &Output| {
+            let all = &motion.series(o.entry)[begin..];
+            let range = all.iter().fold((f64::MAX, f64::MIN), |r, y| (r.0.min(*y), r.1.max(*y)));
+            range.1 - range.0 < 0.1 * o.sd
+        };
+        if !draft.outputs.iter().all(is_still) {
+            return Ok(None);
+        }
+        let kept: Vec<usize> = (begin..motion.times.len()).collect();
+        let recording = measured(&draft, &motion, &motion.times, &mut rng)?;
+        Ok(Some(rows(&recording, &kept)))
+    }
+
+    /// A fair draft with its case, and the generator as it is then.
+    fn drafted(
+        seed: u64,
+        plan: &Plan,
+        noise: u64,
+    ) -> Result<(Draft, Self, ChaCha8Rng), StudyError> {
         let mut rng = generator(seed, plan.stream);
         for _ in 0..ATTEMPTS {
             let Some(draft) = Draft::draw(plan.topic, &mut rng)? else { continue };
-            if let Some(case) = Self::of(plan, &draft, &mut rng)? {
-                return Ok(case);
+            if let Some(case) = Self::of(plan, &draft, (&mut rng, noise))? {
+                return Ok((draft, case, rng));
             }
         }
         Err(ConcealedError::NoCase { topic: plan.topic.words(), attempts: ATTEMPTS }.into())
     }
 
     /// The case of a draft; none where the draft is not fair.
-    fn of(plan: &Plan, draft: &Draft, rng: &mut ChaCha8Rng) -> Result<Option<Self>, StudyError> {
+    fn of(
+        plan: &Plan,
+        draft: &Draft,
+        (rng, noise): (&mut ChaCha8Rng, u64),
+    ) -> Result<Option<Self>, StudyError> {
         let Some(fair) = Fair::of(draft) else { return Ok(None) };
+        // Whatever follows from the generator now is noise and lost rows.
+        (0..noise).for_each(|_| *rng = ChaCha8Rng::from_rng(rng));
         let Fair { motions, effects, matter, model_gap } = fair;
         let how = draft.concealment;
         let noise = |o: &Output| (draft.nominal.state_name(o.entry).to_owned(), how.total(o.sd));

@@ -169,6 +169,18 @@ impl Draft {
         self.run(&self.truth(|_| true), k, samples, substeps)
     }
 
+    /// Run the true machine from where recording 0 begins until it rests, driven by nothing but constants.
+    ///
+    /// # Errors
+    /// [`StudyError`] when it diverges.
+    pub fn settling(&self, samples: usize) -> Result<Motion, StudyError> {
+        let (course, start) = &self.courses[0];
+        let course = course.clone().quiet();
+        let nominal = System::new(&self.nominal);
+        let times = (self.spec.step, samples);
+        run(&self.truth(|_| true), &nominal, &course, start, times, SCOUT_SUBSTEPS)
+    }
+
     fn run(
         &self,
         truth: &Truth,

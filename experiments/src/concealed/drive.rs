@@ -101,6 +101,14 @@ pub struct Course {
 }
 
 impl Course {
+    /// The same drive that commands, or refers to, nothing but the constants.
+    #[must_use]
+    pub fn quiet(mut self) -> Self {
+        let all = self.signals.channels.iter_mut().flatten();
+        all.for_each(|sinusoid| sinusoid.amplitude = 0.0);
+        self
+    }
+
     /// Signal `k` and its first two time derivatives at `t`.
     fn signal(&self, k: usize, t: f64) -> [f64; 3] {
         let mut out = [self.offsets[k], 0.0, 0.0];

@@ -21,6 +21,7 @@ pub struct Tool {
     program: PathBuf,
     timeout: Duration,
     threads: usize,
+    environment: Vec<(String, String)>,
 }
 
 /// What a process left behind.
@@ -53,9 +54,18 @@ impl Tool {
         };
         // Cases run in their own directories.
         match program.canonicalize() {
-            Ok(program) if program.is_file() => Ok(Self { program, timeout, threads }),
+            Ok(program) if program.is_file() => {
+                Ok(Self { program, timeout, threads, environment: vec![] })
+            }
             _ => Err(ConcealedError::NoBinary { path: program }),
         }
+    }
+
+    /// The same that finds this in its environment.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: &str) -> Self {
+        self.environment.push((name.to_owned(), value.to_owned()));
+        self
     }
 
     /// Its version, as it says.
@@ -79,6 +89,7 @@ impl Tool {
             .args(arguments)
             .current_dir(directory)
             .env(THREADS, self.threads.to_string())
+            .envs(self.environment.iter().map(|(name, value)| (name, value)))
             .stdin(Stdio::null())
             .stdout(said.try_clone().map_err(failed)?)
             .stderr(complained.try_clone().map_err(failed)?)

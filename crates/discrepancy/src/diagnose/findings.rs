@@ -248,8 +248,9 @@ impl Ladder<'_> {
         let internal = law.internal(&e.parameters);
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
         let mut basis = vec![0.0; law.amplitudes()];
+        let channel = [Channel { si: self.problem.model.place(e.channel).si, ..Channel::ALONE[0] }];
         let force = |x: f64| {
-            law.plain().along(shape, &At::new(x, &[x, x], &Channel::ALONE), &mut basis);
+            law.plain().along(shape, &At::new(x, &[x, x], &channel), &mut basis);
             amplitudes.iter().zip(&basis).map(|(a, b)| a * b).sum::<f64>()
         };
         let law: Vec<f64> = shown.at.iter().copied().map(force).collect();

@@ -246,6 +246,7 @@ impl<'a> Problem<'a> {
             let acceleration = deviation(&self.accelerations(c));
             Scales {
                 q: inner_range(q, ENDS),
+                si: place.si,
                 stroke: self.stroke(c),
                 v: deviation(&v),
                 acceleration,

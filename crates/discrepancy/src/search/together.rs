@@ -15,8 +15,8 @@ use lacuna_effects::Acts;
 use lacuna_plants::model::ModelEffect;
 
 impl<'p> Search<'p> {
-    /// A search that begins with the laws of all joints of a robot; none where there are no such laws, or where they
-    /// are in doubt and leave more than noise.
+    /// A search that begins with the laws of all joints of a robot; none where there are no such laws, or where none
+    /// of them is missed.
     pub(super) fn search_together(&self) -> Option<Searched<'p>> {
         let model = self.problem.model;
         if !self.problem.is_robot() {
@@ -41,9 +41,7 @@ impl<'p> Search<'p> {
         if gone {
             return self.exact(path);
         }
-        // A filter takes up what little such laws say, and is blind to what is wrong in the sensors it follows.
-        let beyond_doubt = |law: &Obeyed| law.gain > self.decision.beyond_doubt();
-        all.iter().any(beyond_doubt).then(|| self.beside_noise(path))?
+        self.beside_noise(path)
     }
 
     /// The model with these laws.

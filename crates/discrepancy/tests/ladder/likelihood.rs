@@ -23,7 +23,8 @@ fn standardised_errors(bench: Bench, seeds: std::ops::Range<u64>) -> Vec<f64> {
             // Windows grow to the whole recording.
             assert_eq!(fit.windowed.level, 0, "{} seed {seed}", model.name);
             let reduced = fit.reduced();
-            assert!((0.9..1.1).contains(&reduced), "{} seed {seed}: {reduced}", model.name);
+            // The noise that it is measured by is estimated, to some percent.
+            assert!((0.8..1.2).contains(&reduced), "{} seed {seed}: {reduced}", model.name);
             let (truth, std) = (truth.values(), fit.parameter_std(1.0));
             let free = (0..truth.len()).filter(|&k| model.parameters[k].std() > 0.0);
             free.map(|k| (fit.hypothesis.parameters[k] - truth[k]) / std[k]).collect::<Vec<_>>()
@@ -33,14 +34,19 @@ fn standardised_errors(bench: Bench, seeds: std::ops::Range<u64>) -> Vec<f64> {
 
 #[test]
 fn parameters_are_recovered_with_standard_deviations_that_cover() {
-    for (bench, seeds) in [(ON_PENDULUM, 60..68), (ON_TANKS, 70..78)] {
+    let mut all = vec![];
+    for (bench, seeds) in [(ON_PENDULUM, 1000..1040), (ON_TANKS, 1040..1080)] {
         let z = standardised_errors(bench, seeds);
-        assert!(z.len() >= 16);
+        assert!(z.len() >= 80);
         assert!(z.iter().all(|z| z.abs() < 4.0), "{z:?}");
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
-        // Deviations that cover have rms 1; sixteen or more of them scatter about it.
-        assert!((0.4..1.6).contains(&rms), "rms {rms}: {z:?}");
+        // Deviations that cover have rms 1; eighty or more of them scatter about it.
+        assert!((0.8..1.2).contains(&rms), "rms {rms}: {z:?}");
+        all.extend(z);
     }
+    let within = all.iter().filter(|z| z.abs() < 2.0).count() as f64 / all.len() as f64;
+    // 95.4 % of normal errors, give or take the chance of so many.
+    assert!((0.93..0.98).contains(&within), "{within} of {}", all.len());
 }
 
 #[test]

@@ -17,7 +17,7 @@ pub struct Local {
 }
 
 /// Where the state of a [`Local`] has its channels.
-pub const CHANNELS: [Channel; 2] = [Channel { q: 0, v: 1 }, Channel { q: 2, v: 3 }];
+pub const CHANNELS: [Channel; 2] = [Channel::ALONE[0], Channel { q: 2, v: 3, si: 1.0 }];
 /// The same for a law that names the input.
 const WITH_INPUT: [Channel; 2] = [CHANNELS[0], Channel::input(0)];
 

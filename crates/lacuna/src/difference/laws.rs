@@ -158,7 +158,7 @@ impl Differing<'_> {
 
     fn channel(&self) -> Channel {
         let (i, n) = self.place;
-        Channel { q: i, v: if self.order == 1 { i } else { n + i } }
+        Channel { q: i, v: if self.order == 1 { i } else { n + i }, si: 1.0 }
     }
 
     fn candidate(

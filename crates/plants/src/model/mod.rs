@@ -301,7 +301,9 @@ impl Model {
     /// Where a channel's coordinate and velocity stand in the machine's state.
     #[must_use]
     pub fn place(&self, channel: usize) -> Channel {
-        Channel { q: self.coordinate_index(channel), v: self.velocity_index(channel) }
+        let (q, v) = (self.coordinate_index(channel), self.velocity_index(channel));
+        let si = self.coordinates.get(channel).map_or(1.0, |c| units::si(&c.unit));
+        Channel { q, v, si }
     }
 
     /// The places of the channel of a force effect and of the other one, or the input, that it names.

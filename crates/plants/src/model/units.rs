@@ -257,6 +257,16 @@ pub fn same_unit(a: &str, b: &str) -> bool {
     }
 }
 
+/// Radians of a unit of angle, metres of a unit of length, 1 of any other.
+pub(super) fn si(unit: &str) -> f64 {
+    let of = |base: &str| {
+        let (unit, base) = (Unit::parse(unit).ok()?, Unit::parse(base).ok()?);
+        convert_factor(&unit, &base).ok()
+    };
+    // Most coordinates are in these.
+    if matches!(unit, "rad" | "m") { 1.0 } else { of("rad").or_else(|| of("m")).unwrap_or(1.0) }
+}
+
 /// The unit of a rate.
 pub(super) fn per_second(unit: &str) -> String {
     Dimension::VELOCITY.text("", unit, "")

@@ -8,6 +8,7 @@ use crate::model::{
 };
 use lacuna_rigid::{GRAVITY, Joint, JointKind, Robot, RobotError, Tree};
 use serde::Deserialize;
+use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -137,7 +138,7 @@ impl Reader<'_> {
     fn tree(&self, raw: &RawRobot, file: PathBuf) -> Result<(Tree, RobotFile), ModelError> {
         let text = match self.robot {
             Some(text) => text.to_owned(),
-            None => std::fs::read_to_string(&file).map_err(|e| {
+            None => text_of(&file).map_err(|e| {
                 let message = format!("the robot's file {} cannot be read: {e}", file.display());
                 self.error(raw.file.span(), message)
             })?,
@@ -398,4 +399,12 @@ impl Coordinate {
             imposed: false,
         }
     }
+}
+
+/// The text of a file that another names: a device or a pipe in its place may have no end.
+fn text_of(path: &Path) -> io::Result<String> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
+    }
+    std::fs::read_to_string(path)
 }

@@ -1,0 +1,95 @@
+//! Reading MCAP: joint states and commands of two topics on one time.
+
+use std::fs::{self, File};
+use std::path::Path;
+
+use lacuna_recordings::{RecordingSource, Wanted, read, read_log};
+use mcap::records::MessageHeader;
+use tempfile::TempDir;
+
+const JOINTS: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n\
+    float64[] effort\n================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
+const START: u64 = 1_750_000_000_000_000_000;
+
+/// Little-endian CDR of a JointState of two joints, all but efforts, stamped 5 s before the log's clock.
+fn joints(k: u64) -> Vec<u8> {
+    let mut data = vec![0, 1, 0, 0];
+    let stamp = START - 5_000_000_000 + k * 10_000_000;
+    let align = |data: &mut Vec<u8>, n: usize| {
+        data.resize((data.len() - 4).next_multiple_of(n) + 4, 0);
+    };
+    data.extend(((stamp / 1_000_000_000) as i32).to_le_bytes());
+    data.extend(((stamp % 1_000_000_000) as u32).to_le_bytes());
+    let text = |data: &mut Vec<u8>, text: &str| {
+        align(data, 4);
+        data.extend((text.len() as u32 + 1).to_le_bytes());
+        data.extend(text.as_bytes());
+        data.push(0);
+    };
+    text(&mut data, "base");
+    align(&mut data, 4);
+    data.extend(2u32.to_le_bytes());
+    text(&mut data, "shoulder");
+    text(&mut data, "elbow");
+    for scale in [1.0, 2.0] {
+        align(&mut data, 4);
+        data.extend(2u32.to_le_bytes());
+        align(&mut data, 8);
+        data.extend((scale * k as f64 / 7.0).to_le_bytes());
+        data.extend((-scale * k as f64 / 7.0).to_le_bytes());
+    }
+    align(&mut data, 4);
+    data.extend(0u32.to_le_bytes());
+    data
+}
+
+fn write(path: &Path) {
+    let mut writer = mcap::Writer::new(File::create(path).unwrap()).unwrap();
+    let schema =
+        writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", JOINTS.as_bytes()).unwrap();
+    let joint = writer.add_channel(schema, "/joint_states", "cdr", &Default::default()).unwrap();
+    let command = writer.add_channel(0, "/command", "json", &Default::default()).unwrap();
+    let mut put = |channel_id, log_time, data: &[u8]| {
+        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
+        writer.write_to_known_channel(&header, data).unwrap();
+    };
+    for k in 0..200 {
+        if k % 4 == 0 {
+            put(command, START + k * 10_000_000, format!("{{\"u\": {k}}}").as_bytes());
+        }
+        put(joint, START + k * 10_000_000, &joints(k));
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn two_topics_of_two_clocks_come_on_one_time() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("run.mcap");
+    write(&path);
+    let source = RecordingSource::file(&path);
+    let log = read_log(&source, &Wanted::all("t").holding(["/command.u".to_owned()])).unwrap();
+    let run = &log.recording;
+    assert_eq!(run.len(), 200);
+    assert_eq!(run.time[7], 0.07);
+    let position = run.column("/joint_states.position[shoulder]").unwrap();
+    assert_eq!(position[7], 1.0);
+    assert_eq!(run.column("/joint_states.velocity[elbow]").unwrap()[7], -2.0);
+    assert_eq!(run.column("/command.u").unwrap()[..6], [0.0, 0.0, 0.0, 0.0, 4.0, 4.0]);
+    assert_eq!((&*log.clocks[0].topic, log.clocks[0].offset), ("/joint_states", 5.0));
+    let straight = read(&source, "t").unwrap();
+    assert_eq!(straight.column("/command.u").unwrap()[..3], [0.0, 1.0, 2.0]);
+}
+
+#[test]
+fn a_log_that_is_cut_is_told() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("run.mcap");
+    write(&path);
+    let whole = fs::read(&path).unwrap();
+    for length in [0, 5, whole.len() / 2, whole.len() - 1] {
+        fs::write(&path, &whole[..length]).unwrap();
+        let said = read(&RecordingSource::file(&path), "t").unwrap_err().to_string();
+        assert!(said.contains("cannot be read as MCAP"), "{said}");
+    }
+}
