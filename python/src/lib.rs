@@ -8,6 +8,7 @@
 //! | `simulate`, `compare`, `check` | `runs` | [`lacuna::simulation`], [`lacuna::comparison`], [`lacuna::check`] |
 //! | `compare_runs` | `difference` | [`lacuna::difference`] |
 //! | `fleet` | `fleet` | [`lacuna::fleet`] |
+//! | `Model.from_fmu` | `fmu` | [`lacuna::fmu`] |
 //! | `Identifier` | `identification` | [`lacuna::occupation`] |
 //!
 //! Results cross as JSON, which they are written as anyhow; series cross as arrays.
@@ -16,6 +17,7 @@ mod diagnosis;
 mod difference;
 mod error;
 mod fleet;
+mod fmu;
 mod function;
 mod identification;
 mod model;
@@ -36,6 +38,8 @@ mod _lacuna {
     use crate::error::LacunaError;
     #[pymodule_export]
     use crate::fleet::{fleet_collect, fleet_diagnose, fleet_plan};
+    #[pymodule_export]
+    use crate::fmu::{evaluate_fmu, evaluate_fmus_with};
     #[pymodule_export]
     use crate::identification::{Identified, identify};
     #[pymodule_export]

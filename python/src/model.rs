@@ -44,7 +44,7 @@ struct Described {
 
 #[pymethods]
 impl Model {
-    /// A model of equations: TOML, URDF or MJCF.
+    /// A model of equations: TOML, URDF, MJCF or an FMU.
     #[staticmethod]
     fn read(path: PathBuf) -> PyResult<Self> {
         let model = read_equations(&path).map_err(told)?;

@@ -14,6 +14,7 @@ acts, which physics it is, with numbers and units.
 from . import fleet
 from ._diagnosis import Diagnosis, Estimate, Finding, Rival, diagnose
 from ._difference import Difference, compare_runs
+from ._fmu import name_this_interpreter as _name_this_interpreter
 from ._identifier import Identifier
 from ._lacuna import LacunaError
 from ._model import Model, Parameter
@@ -41,3 +42,5 @@ __all__ = [
     "fleet",
     "simulate",
 ]
+
+_name_this_interpreter()

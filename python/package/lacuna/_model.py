@@ -66,6 +66,25 @@ class Model:
         return cls(_lacuna.Model.read(path))
 
     @classmethod
+    def from_fmu(cls, path: str | os.PathLike[str]) -> Model:
+        """Take an FMU for the simulator: FMI 2.0 or 3.0, for model exchange.
+
+        States whose derivative is another state are coordinates, the others first-order states. It gives no mass
+        matrix, so effects that are found on coordinates are accelerations. All parameters are known exactly; what may be
+        calibrated a model file says that names the FMU (``[fmu] file = "plant.fmu"``, read with `from_toml`).
+
+        An FMU is foreign code: its library runs in processes of their own, with all that you may do. Open none
+        that you would not run.
+
+        Raises
+        ------
+        LacunaError
+            An archive that is damaged or is no FMU, one that has events or is for co-simulation alone, no library for
+            this platform, or one that does not run.
+        """
+        return cls(_lacuna.Model.read(path))
+
+    @classmethod
     def from_json(cls, path: str | os.PathLike[str]) -> Model:
         """Read a model that was identified (``lacuna identify``, `Identifier.save`): it can be simulated and
         compared."""
