@@ -291,10 +291,7 @@ fn diagnose_answers_scripts() {
     let run =
         ["diagnose", "model.toml", "run0.csv", "run1.csv", "--held-out", "run2.csv", "--json"];
     let diagnosis: Diagnosis = serde_json::from_value(bench.json(&run)).unwrap();
-    // In an order that is that of what they hold, not of how they are given.
-    let mut training = diagnosis.data.training;
-    training.sort();
-    assert_eq!(training, ["run0.csv", "run1.csv"]);
+    assert_eq!(diagnosis.data.training, ["run0.csv", "run1.csv"]);
     assert_eq!(diagnosis.data.held_out, ["run2.csv"]);
 
     let bench = Bench::of("");

@@ -249,7 +249,12 @@ impl<'a> Ladder<'a> {
     }
 
     fn data(&self) -> DataUsed {
-        let names = |d: &Dataset| d.recordings.iter().map(|r| r.name.clone()).collect();
+        // Their order says nothing, so it is that of their names.
+        let names = |d: &Dataset| -> Vec<String> {
+            let mut names: Vec<_> = d.recordings.iter().map(|r| r.name.clone()).collect();
+            names.sort();
+            names
+        };
         let (model, training) = (self.problem.model, self.problem.dataset);
         DataUsed {
             training: names(training),
