@@ -10,8 +10,8 @@ use lacuna_plants::model::Measured;
 use lacuna_plants::{Hold, Model};
 pub use lacuna_recordings::Cleaned;
 use lacuna_recordings::{
-    Gap, InputHold, NoiseEstimate, Prior, Recording, RecordingSource, Sampling, Smoother,
-    Trajectory as Path, Unit, condition, convert, lost_input_variance, resample_input,
+    Gap, InputHold, NoiseEstimate, Prior, Recording, Sampling, Smoother, Trajectory as Path, Unit,
+    condition, convert, lost_input_variance, resample_input,
 };
 
 /// A measured output of the machine.
@@ -116,18 +116,6 @@ pub struct Dataset {
 const FEWEST_SAMPLES: usize = 100;
 
 impl Dataset {
-    /// Read recordings from files and bring them into the model's channels.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] naming the file and column.
-    pub fn read(model: &Model, sources: &[RecordingSource]) -> Result<Self, DiagnoseError> {
-        let recordings = sources
-            .iter()
-            .map(|s| lacuna_recordings::read(s, &model.time_column))
-            .collect::<Result<Vec<_>, _>>()?;
-        Self::new(model, &recordings)
-    }
-
     /// Bring recordings into the model's channels.
     ///
     /// # Errors

@@ -7,11 +7,22 @@ use crate::discrepancy::{Dataset, DiagnoseError, Observed, Output};
 use crate::files::write_together;
 use crate::plants::Model;
 use crate::plants::model::{Measured, ModelError};
-use crate::recordings::{Recording, arranged};
+use crate::recordings::{Recording, RecordingError, RecordingSource, arranged, read};
 use crate::report;
 use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
+
+/// The recordings of these files, their times those of the model's column.
+///
+/// # Errors
+/// [`RecordingError`] with the file and place.
+pub fn recordings(
+    model: &Model,
+    sources: &[RecordingSource],
+) -> Result<Vec<Recording>, RecordingError> {
+    sources.iter().map(|source| read(source, &model.time_column)).collect()
+}
 
 /// Training and held-out data, the noise of the training recordings in both. Without recordings that
 /// are held out some are kept: one in four, or the last quarter of a single one. Recordings are arranged by what they

@@ -6,7 +6,7 @@ use crate::interrupt::Cancellable;
 use crate::output::{colour, spinner};
 use crate::say::{say, sayln};
 use clap::Args;
-use lacuna::diagnosed::{Diagnosed, datasets};
+use lacuna::diagnosed::{Diagnosed, datasets, recordings};
 use lacuna::discrepancy::Watch;
 use lacuna::discrepancy::diagnose as ladder;
 use lacuna::effects;
@@ -15,7 +15,7 @@ use lacuna::files::uninterrupted;
 use lacuna::files::write_whole;
 use lacuna::plants::model::{ModelEffect, NewEffect};
 use lacuna::plants::{Model, SampledInput, System, rk4};
-use lacuna::recordings::{Column, Recording, RecordingSource, read, write_csv_with_time};
+use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
 use lacuna::report;
 use rand::RngExt;
 use std::error::Error;
@@ -67,9 +67,7 @@ pub fn run(a: &Arguments) -> Outcome {
     sayln!("The diagnosis sees {} and {} recordings:\n", model_file.display(), sources.len())?;
 
     let model = Model::read(&model_file)?;
-    let recordings: Result<Vec<_>, _> =
-        sources.iter().map(|s| read(s, &model.time_column)).collect();
-    let (training, held_out) = datasets(&model, &recordings?, &[])?;
+    let (training, held_out) = datasets(&model, &recordings(&model, &sources)?, &[])?;
     let bar = spinner(false);
     let progress = |doing: &str| bar.set_message(doing.to_owned());
     let running = Cancellable::begin();

@@ -7,14 +7,14 @@ use crate::interrupt::Cancellable;
 use crate::output::{colour, spinner, steps};
 use crate::say::{say, sayln};
 use clap::Args;
-use lacuna::diagnosed::{Diagnosed, datasets};
+use lacuna::diagnosed::{Diagnosed, datasets, recordings};
 use lacuna::difference::{Runs, compare_runs};
 use lacuna::discrepancy::diagnose::{self, Options};
 use lacuna::discrepancy::diagnosis::Verdict;
 use lacuna::discrepancy::robot_file::Augmented;
 use lacuna::discrepancy::{Scope, Selector, Watch};
 use lacuna::models::read_equations;
-use lacuna::recordings::{Recording, RecordingError, RecordingSource};
+use lacuna::recordings::RecordingSource;
 use lacuna::report;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -89,10 +89,8 @@ pub fn run(a: &Arguments) -> Outcome {
             .into());
     }
     let model = read_equations(&a.model)?;
-    let read = |sources: &[RecordingSource]| -> Result<Vec<Recording>, RecordingError> {
-        sources.iter().map(|s| lacuna::recordings::read(s, &model.time_column)).collect()
-    };
-    let (training, held_out) = datasets(&model, &read(&a.recordings)?, &read(&a.held_out)?)?;
+    let of = |sources: &[RecordingSource]| recordings(&model, sources);
+    let (training, held_out) = datasets(&model, &of(&a.recordings)?, &of(&a.held_out)?)?;
     let bar = spinner(a.quiet || a.json || a.steps);
     let options = Options {
         learn_remainder: a.learn_remainder,

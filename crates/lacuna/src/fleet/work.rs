@@ -2,12 +2,12 @@
 
 use super::inputs::{self, Inputs, Source};
 use super::plan::Machine;
-use crate::diagnosed::{Diagnosed, datasets};
+use crate::diagnosed::{Diagnosed, datasets, recordings};
 use crate::discrepancy::diagnose::{self, Options};
 use crate::discrepancy::{Scope, Selector, Watch};
 use crate::files::write_whole;
 use crate::plants::Model;
-use crate::recordings::{Recording, RecordingError, RecordingSource, read};
+use crate::recordings::{Recording, RecordingSource};
 use serde_json::json;
 use std::error::Error;
 use std::io::ErrorKind;
@@ -100,9 +100,7 @@ impl Work {
         &self,
         machine: &Machine,
     ) -> Result<(Vec<Recording>, Vec<Recording>), Box<dyn Error>> {
-        let all = |sources: &[RecordingSource]| -> Result<Vec<Recording>, RecordingError> {
-            sources.iter().map(|s| read(s, &self.source.model.time_column)).collect()
-        };
+        let all = |sources: &[RecordingSource]| recordings(&self.source.model, sources);
         if machine.recordings.is_empty() {
             return Err(format!("no recordings to fit; looked for in {}", machine.sought).into());
         }

@@ -257,14 +257,18 @@ pub fn same_unit(a: &str, b: &str) -> bool {
     }
 }
 
+/// What a value in the unit `from` is multiplied by to be in `to`; none where they are no units of one kind.
+pub(super) fn factor(from: &str, to: &str) -> Option<f64> {
+    convert_factor(&Unit::parse(from).ok()?, &Unit::parse(to).ok()?).ok()
+}
+
 /// Radians of a unit of angle, metres of a unit of length, 1 of any other.
 pub(super) fn si(unit: &str) -> f64 {
-    let of = |base: &str| {
-        let (unit, base) = (Unit::parse(unit).ok()?, Unit::parse(base).ok()?);
-        convert_factor(&unit, &base).ok()
-    };
     // Most coordinates are in these.
-    if matches!(unit, "rad" | "m") { 1.0 } else { of("rad").or_else(|| of("m")).unwrap_or(1.0) }
+    if matches!(unit, "rad" | "m") {
+        return 1.0;
+    }
+    factor(unit, "rad").or_else(|| factor(unit, "m")).unwrap_or(1.0)
 }
 
 /// The unit of a rate.

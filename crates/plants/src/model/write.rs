@@ -1,8 +1,8 @@
 //! A model as text, with calibrated parameters and effects added, everything else as it was.
 
+use super::units::factor;
 use super::{Model, ModelEffect, ModelError, Parameter, Source, Uncertainty};
 use lacuna_effects::{Effect, Kind, Variable};
-use lacuna_units::{Unit, convert_factor};
 use std::path::Path;
 use std::sync::Arc;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
@@ -157,7 +157,9 @@ impl Model {
     fn calibrate(&self, entry: &mut Item, name: &str, (new, std): (f64, f64)) {
         let own = self.parameters.iter().find(|p| p.name == name);
         let stated = entry.get("unit").and_then(Item::as_str);
-        let factor = own.zip(stated).map_or(1.0, |(own, stated)| factor(&own.unit, stated));
+        // Of a model that is text the two are the same, to the last bit.
+        let stated = own.zip(stated).filter(|(own, stated)| own.unit != *stated);
+        let factor = stated.and_then(|(own, stated)| factor(&own.unit, stated)).unwrap_or(1.0);
         entry["value"] = value(factor * new);
         if let Some(table) = entry.as_table_like_mut()
             && new == 0.0
@@ -168,12 +170,6 @@ impl Model {
         }
         entry["calibrated_std"] = value(factor.abs() * std);
     }
-}
-
-/// What a value in the unit `from` is multiplied by to be in `to`; where they are no units, or the same, that is 1.
-fn factor(from: &str, to: &str) -> f64 {
-    let factor = |from, to| convert_factor(&Unit::parse(from).ok()?, &Unit::parse(to).ok()?).ok();
-    if from == to { 1.0 } else { factor(from, to).unwrap_or(1.0) }
 }
 
 /// A parameter as a model file says it.
