@@ -1,6 +1,6 @@
 //! Which effect could act where: the catalogue spread over a model's channels and inputs.
 
-use lacuna_effects::{Acts, CATALOGUE, Effect, Law, Scales};
+use lacuna_effects::{Acts, CATALOGUE, Effect, Law, Scales, Variable};
 use lacuna_plants::Model;
 
 /// An effect on a channel (or input), its shape still open.
@@ -110,6 +110,15 @@ impl Candidate {
     #[must_use]
     pub fn excludes(&self, other: &Self) -> bool {
         self == other || (self.channel == other.channel && self.effect.is_kin_of(other.effect))
+    }
+
+    /// Whether it is a force of the channel's own motion that depends on these variables alone, and remembers
+    /// nothing.
+    #[must_use]
+    pub fn says_only(&self, variables: &[Variable]) -> bool {
+        let Law::Force(law) = self.effect.law else { return false };
+        let own = law.memory() == 0 && self.other.is_none();
+        own && self.effect.depends_on.iter().all(|v| variables.contains(v))
     }
 
     /// Shapes to screen on recordings of these scales.

@@ -1,18 +1,19 @@
 //! What a channel lacks beside what is named, as a force of its own motion without a formula.
 //!
 //! ```text
-//! f(q, v) = sum_kl a_kl h_k(q) h_l(v),   a ~ N(0, s^2 K_q (x) K_v),   K(d) = (1 + d) e^-d
+//! f(q, v) = sum_kl a_kl h_k(q) h_l(v),   a ~ N(0, s^2 K_q (x) K_v),   K(d) = (1 + d) e^-d or e^(-d^2/2)
 //! ```
 //!
-//! with hat functions h on equidistant knots and the kernel of Matern of smoothness 3/2 over the
-//! distance d, in lengths, of two knots: no law is exactly reality's, and what one leaves is about as
-//! smooth as this. Its size s and the lengths are not known: what it gains is the mean over some of
-//! either, each as likely as the others. Of a first-order state it is `f(x)`.
+//! with hat functions h on equidistant knots and, over the distance d of two knots in lengths, a kernel
+//! of Matern of smoothness 3/2 or one of Gauss: no law is exactly reality's, and what one leaves has
+//! edges as friction has them or is as smooth as a spring. It may depend on one of the two alone, `f(q)` or
+//! `f(v)`; its size s and the lengths are not known either. What it gains is the mean over all of these,
+//! each as likely as the others. Of a first-order state it is `f(x)`.
 
 use super::{Amplitudes, Over, Screen};
 use crate::probability::log_sum_exp;
 use crate::range::between_knots;
-use lacuna_occupation::{Kernel, Matern, Smoothness};
+use lacuna_occupation::{Gaussian, Kernel, Matern, Smoothness};
 use nalgebra::DMatrix;
 
 /// Knots along each of two variables.
@@ -24,6 +25,19 @@ const SIZES: [f64; 5] = [0.003, 0.01, 0.03, 0.1, 0.3];
 /// Lengths of the kernel, relative to the range of a variable.
 const LENGTHS: [f64; 3] = [0.2, 0.5, 1.5];
 
+/// What the Gaussian kernel's matrix lacks to be positive in double precision: a noise of that variance
+/// at every knot.
+const ROUNDING: f64 = 1e-9;
+
+/// How smooth a force is.
+#[derive(Clone, Copy)]
+enum Smooth {
+    /// Once differentiable.
+    Matern,
+    /// Ever differentiable.
+    Gauss,
+}
+
 /// Equidistant knots over the range of an entry of the state.
 struct Axis {
     state: usize,
@@ -33,12 +47,18 @@ struct Axis {
 
 impl Axis {
     /// Root of the kernel's matrix at the knots.
-    fn root(&self, length: f64) -> Option<DMatrix<f64>> {
-        let widths = vec![3f64.sqrt() * length];
-        let kernel = Matern { smoothness: Smoothness::ThreeHalves, widths };
+    fn root(&self, smooth: Smooth, length: f64) -> Option<DMatrix<f64>> {
         let at = |k: usize| [k as f64 / (self.knots - 1) as f64];
-        let gram = |i, j| kernel.evaluate(&at(i), &at(j));
-        Some(DMatrix::from_fn(self.knots, self.knots, gram).cholesky()?.unpack())
+        let matern =
+            Matern { smoothness: Smoothness::ThreeHalves, widths: vec![3f64.sqrt() * length] };
+        let gauss = Gaussian { widths: vec![length] };
+        let kernel = |i, j| match smooth {
+            Smooth::Matern => matern.evaluate(&at(i), &at(j)),
+            Smooth::Gauss => gauss.evaluate(&at(i), &at(j)),
+        };
+        let mut gram = DMatrix::from_fn(self.knots, self.knots, kernel);
+        (0..self.knots).for_each(|k| gram[(k, k)] += ROUNDING);
+        Some(gram.cholesky()?.unpack())
     }
 }
 
@@ -46,39 +66,54 @@ impl Screen<'_> {
     /// Nats that a force of its own motion gains on a channel; none for one that never moves.
     #[must_use]
     pub fn remainder(&self, channel: usize) -> Option<f64> {
-        let axes = self.axes(channel)?;
-        let normal = self.of_channel(channel, &axes)?;
+        let ways = self.ways(channel);
+        let gains: Option<Vec<f64>> = ways.iter().map(|w| self.gain_over(channel, w)).collect();
+        mean(&gains.filter(|g| !g.is_empty())?)
+    }
+
+    /// Nats that a force gains that depends on some variables.
+    fn gain_over(&self, channel: usize, axes: &[Axis]) -> Option<f64> {
+        let normal = self.of_channel(channel, axes)?;
         let force = self.problem.force_scale(channel);
-        let lengths = |axis: &Axis| -> Option<Vec<DMatrix<f64>>> {
-            LENGTHS.iter().map(|length| axis.root(*length)).collect()
-        };
-        let first = lengths(&axes[0])?;
-        let second = match axes.get(1) {
-            Some(axis) => lengths(axis)?,
-            None => vec![DMatrix::identity(1, 1)],
-        };
+        let mut roots = vec![];
+        for smooth in [Smooth::Matern, Smooth::Gauss] {
+            let mut of_all = vec![DMatrix::identity(1, 1)];
+            for axis in axes {
+                let of_axis: Option<Vec<DMatrix<f64>>> =
+                    LENGTHS.iter().map(|length| axis.root(smooth, *length)).collect();
+                let of_axis = of_axis?;
+                let beside =
+                    |r: &DMatrix<f64>| of_axis.iter().map(|a| r.kronecker(a)).collect::<Vec<_>>();
+                of_all = of_all.iter().flat_map(beside).collect();
+            }
+            roots.extend(of_all);
+        }
         let mut gains = vec![];
-        for root in first.iter().flat_map(|a| second.iter().map(move |b| a.kronecker(b))) {
+        for root in roots {
             let whitened = normal.through(&root);
             let sizes = SIZES.iter().map(|size| vec![size * force; root.ncols()]);
             gains.extend(sizes.filter_map(|sd| Some(self.posterior(&whitened, &sd)?.gain)));
         }
-        let gain = log_sum_exp(gains.iter().copied()) - (gains.len() as f64).ln();
-        gain.is_finite().then_some(gain)
+        mean(&gains)
     }
 
-    /// The coordinate and the velocity of a channel, or its first-order state, over their ranges.
-    fn axes(&self, channel: usize) -> Option<Vec<Axis>> {
+    /// What the force may depend on: the coordinate of a channel, its velocity, or both; its
+    /// first-order state; each over its range.
+    fn ways(&self, channel: usize) -> Vec<Vec<Axis>> {
         let model = self.problem.model;
         let place = model.place(channel);
         let axis = |over, state, knots| {
             let range = self.range(channel, over);
             (range.1 > range.0).then_some(Axis { state, range, knots })
         };
+        let q = |knots| axis(Over::Coordinate, place.q, knots);
         if !model.is_coordinate(channel) {
-            return Some(vec![axis(Over::Coordinate, place.q, ALONE)?]);
+            return q(ALONE).into_iter().map(|a| vec![a]).collect();
         }
-        Some(vec![axis(Over::Coordinate, place.q, KNOTS)?, axis(Over::Velocity, place.v, KNOTS)?])
+        let v = |knots| axis(Over::Velocity, place.v, knots);
+        let both = q(KNOTS).zip(v(KNOTS)).map(|(q, v)| vec![q, v]);
+        let alone = [q(ALONE), v(ALONE)].into_iter().flatten().map(|a| vec![a]);
+        alone.chain(both).collect()
     }
 
     /// Normal equations of the force at every knot.
@@ -97,6 +132,12 @@ impl Screen<'_> {
         let sum = parts.reduce(Amplitudes::plus)?;
         sum.is_finite().then_some(sum)
     }
+}
+
+/// Nats of one of several, each as likely as the others: `log mean exp`.
+fn mean(gains: &[f64]) -> Option<f64> {
+    let gain = log_sum_exp(gains.iter().copied()) - (gains.len() as f64).ln();
+    gain.is_finite().then_some(gain)
 }
 
 /// The knots around a state, the last variable's side by side, with their weights.

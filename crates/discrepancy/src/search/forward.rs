@@ -4,9 +4,9 @@ use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of, term_of,
 use crate::candidates::{Candidate, Term};
 use crate::decision::Decision;
 use crate::likelihood::evidence::common_temperature;
-use crate::likelihood::{Fit, FitError, Hypothesis, STILL};
+use crate::likelihood::{Fit, FitError, Hypothesis, QUICK, STILL};
 use crate::screen::{Scored, Screen};
-use lacuna_effects::{Law, Variable};
+use lacuna_effects::Law;
 use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
@@ -44,7 +44,7 @@ impl<'p> Search<'p> {
             }
             self.watch.tell(&format!("looking for effect {}", path.named.len() + 1));
             let seen = look.take().unwrap_or_else(|| self.look(&path.fit));
-            let Some((next, named)) = self.next(&path, &seen) else {
+            let Some((next, named)) = self.next(&mut path, &seen) else {
                 self.watch.skips(untried);
                 break;
             };
@@ -56,7 +56,7 @@ impl<'p> Search<'p> {
     }
 
     /// The effect that gains most, if it is worth it.
-    fn next(&self, path: &Path<'p>, look: &Look) -> Option<(Fit<'p>, Named)> {
+    fn next(&self, path: &mut Path<'p>, look: &Look) -> Option<(Fit<'p>, Named)> {
         let (base, decision) = (&path.fit, &self.decision);
         let further = !path.named.is_empty();
         let mut shortlist = look.shortlist.clone();
@@ -79,7 +79,19 @@ impl<'p> Search<'p> {
         if !settles(decision, (base, &best.fit), share, look.blur) {
             return None;
         }
-        let leads = if further { self.leads_over_remainders(base, best, look)? } else { vec![] };
+        if further && let Some(better) = self.better_without(base, &best.fit) {
+            self.tell("from there", &better);
+            path.fit = better;
+            let look = self.look(&path.fit);
+            return self.next(path, &look);
+        }
+        let leads = if further {
+            let effect = best.fit.hypothesis.supposed().last()?;
+            let seen = look.shortlist.iter().find(|s| s.term.candidate == best.candidate);
+            self.leads_over_remainders(base, (&best.fit, effect), seen)?
+        } else {
+            vec![]
+        };
         // What the best leaves to noise is what all are judged by.
         let driven = base.noise.is_some();
         let (base, mut tried, gone) = self.quieter(base, tried)?;
@@ -112,35 +124,47 @@ impl<'p> Search<'p> {
         Some((rivals.into_iter().next()?.fit, named))
     }
 
-    /// By how much a further effect leads a force without a formula, on each channel that moves.
-    fn leads_over_remainders(
+    /// The model without its last effect, begun where that took it, where it is better there than at the
+    /// optimum it was left in: what a further effect gains must not be a way out of that alone.
+    fn better_without(&self, base: &Fit<'p>, with: &Fit<'p>) -> Option<Fit<'p>> {
+        let last = with.hypothesis.supposed().len() - 1;
+        let without = with.refit(with.hypothesis.clone().without(last), QUICK).ok()?;
+        let better = without.gain_over(base) > self.decision.prior_odds;
+        better.then(|| chain::polish(without))
+    }
+
+    /// By how much a further effect of a fit leads a force without a formula, on each channel that moves;
+    /// `seen` is what the screening said of it.
+    pub(super) fn leads_over_remainders(
         &self,
         base: &Fit<'p>,
-        best: &Tried<'p>,
-        look: &Look,
+        (with, effect): (&Fit<'p>, &ModelEffect),
+        seen: Option<&Scored>,
     ) -> Option<Vec<Lead>> {
         let screen = Screen::new(base).ok()?;
-        let seen = look.shortlist.iter().find(|s| s.term.candidate == best.candidate);
         // By the shape that the fit found.
-        let again = best.fit.hypothesis.supposed().last().and_then(|e| screen.gain(term_of(e)));
+        let again = screen.gain(term_of(effect));
         let promised = seen.into_iter().chain(&again).map(|s| s.gain).fold(0.0, f64::max);
         let inflation = base.inflation();
         let fitted = match base.noise {
             Some(_) => promised,
-            None => best.fit.log_evidence(inflation) - base.log_evidence(inflation),
+            None => with.log_evidence(inflation) - base.log_evidence(inflation),
         };
         let lead = |channel: usize| {
             let remainder = screen.remainder(channel)?;
             let model = self.problem.model;
-            let acts = base.hypothesis.supposed().iter().any(|e| acts_on(model, e, channel));
+            let further = candidate_of(effect);
+            let laws = || base.hypothesis.supposed().iter();
+            let acts = laws().any(|e| acts_on(model, e, channel));
+            let alike = acts && laws().any(|e| says_alike(e, &further));
             let (promised, fitted) = (promised - remainder, fitted.max(promised) - remainder);
-            Some(Lead { acts, promised, fitted })
+            Some(Lead { acts, alike, promised, fitted })
         };
         let leads: Vec<Lead> = (0..self.problem.model.channels()).filter_map(lead).collect();
         for lead in &leads {
             self.watch.tell(&format!(
                 "{}: {:.1} nats before a force without a formula",
-                best.candidate.effect.words, lead.promised
+                effect.effect.words, lead.promised
             ));
         }
         Some(leads)
@@ -323,9 +347,11 @@ impl<'p> Search<'p> {
 
 /// Nats by which a further effect leads a force without a formula on a channel: the laws so far need
 /// not be quite reality's, and what they leave belongs to them.
-struct Lead {
+pub(super) struct Lead {
     /// Whether one of the laws so far acts on the channel.
     acts: bool,
+    /// Whether it does so by the same variables.
+    alike: bool,
     /// Both as the screening sees them.
     promised: f64,
     /// What the fit says of the effect, where that is more: what is large is not linear.
@@ -335,12 +361,19 @@ struct Lead {
 impl Lead {
     /// Whether the force without a formula is the likelier. Where even the further effect leaves more
     /// than noise, such a force is there in any case, on whichever channel, and one more effect beside
-    /// it has its price. Where it leaves nothing, either may be all that there is.
-    fn is_beaten(&self, left: bool, decision: &Decision) -> bool {
-        match left {
-            true => self.promised < decision.prior_odds,
-            false => self.acts && self.fitted < 0.0,
+    /// it has its price; so it is where a law of the same variables acts, whose formula need not be
+    /// quite right. Where it leaves nothing, either may be all that there is, and where no law acts on the
+    /// channel, the force without a formula is one more that has its price.
+    pub(super) fn is_beaten(&self, left: bool, decision: &Decision) -> bool {
+        if left {
+            return self.promised < decision.prior_odds;
         }
+        let least = match (self.acts, self.alike) {
+            (_, true) => decision.prior_odds,
+            (true, false) => 0.0,
+            (false, false) => -decision.prior_odds,
+        };
+        self.fitted < least
     }
 }
 
@@ -400,14 +433,19 @@ fn acts_on(model: &Model, e: &ModelEffect, channel: usize) -> bool {
     }
 }
 
+/// Whether what a candidate says could be the remainder of a law: it acts on the same channel by the same
+/// variables, or by some of them.
+pub(super) fn says_alike(e: &ModelEffect, c: &Candidate) -> bool {
+    let variables = e.effect.variables(&e.parameters);
+    e.channel == c.channel && c.says_only(&variables)
+}
+
 /// Whether an unknown function covers all that a candidate could say: a law of the same single
 /// variable on the same channel.
 pub(super) fn curve_covers(e: &ModelEffect, c: &Candidate) -> bool {
     if e.over().is_none() || e.channel != c.channel {
         return false;
     }
-    let Law::Force(law) = c.effect.law else { return false };
     let over = e.effect.variables(&e.parameters);
-    let only = |v: Variable| c.effect.depends_on.iter().all(|d| *d == v);
-    law.memory() == 0 && c.other.is_none() && over.iter().any(|v| only(*v))
+    over.iter().any(|v| c.says_only(&[*v]))
 }

@@ -2,7 +2,7 @@
 //! question whether the catalogue holds what is there at all.
 
 use super::driven::Quieted;
-use super::forward::{Look, rank, settles};
+use super::forward::{Look, rank, says_alike, settles};
 use super::{MOST_EFFECTS, Named, Path, Rival, Search, candidate_of, chain, untried};
 use crate::decision::Decision;
 use crate::likelihood::{FULL, Fit, QUICK};
@@ -48,8 +48,9 @@ impl<'p> Search<'p> {
     }
 
     /// Take away an effect that says next to nothing of the mismatch, unless the others leave more
-    /// than noise and it says most of that: no formula is reality's to a twentieth, and what is
-    /// smaller than that beside what the formulas say is their remainder, at which many can nibble.
+    /// than noise and it says most of that, by other variables than theirs: no formula is reality's to a
+    /// twentieth, and what is smaller than that beside what the formulas say is their remainder, at
+    /// which many can nibble.
     /// The mismatch is that in windows which the model follows: in longer ones it runs away.
     fn drop_remainder(&self, calibrated: &Fit<'p>, path: &mut Path<'p>) -> bool {
         let mismatch = 0.5 * calibrated.excess() * calibrated.count as f64;
@@ -62,7 +63,10 @@ impl<'p> Search<'p> {
             return false;
         };
         let drop = fit.excess() - path.fit.excess();
-        let missed = fit.reduced() > self.decision.noise;
+        let own = candidate_of(&path.fit.hypothesis.supposed()[k]);
+        let others = fit.hypothesis.supposed();
+        let missed =
+            fit.reduced() > self.decision.noise && !others.iter().any(|e| says_alike(e, &own));
         if missed && drop > self.decision.further_share * fit.excess() {
             return false;
         }

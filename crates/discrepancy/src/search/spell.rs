@@ -47,9 +47,11 @@ impl<'p> Search<'p> {
         });
         let temperature = path.fit.temperature();
         let evidence = |f: &Fit| f.log_evidence(temperature);
-        let best =
-            fits.collect::<Vec<_>>().into_iter().max_by(|a, b| evidence(a).total_cmp(&evidence(b)));
-        let Some(best) = best else { return path };
+        let mut fits: Vec<Fit> = fits.collect();
+        fits.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
+        let Some(best) = fits.into_iter().find(|fit| self.needs_all(fit, last)) else {
+            return path;
+        };
         let lead = evidence(&best) - evidence(&path.fit);
         self.watch.tell(&format!("named laws lead the curve by {lead:.1} nats"));
         // Where neither leaves nothing but noise, what the curve follows better need not be physics.
@@ -61,6 +63,27 @@ impl<'p> Search<'p> {
         } else {
             path
         }
+    }
+
+    /// Whether each of the laws from `first` on that spell a curve leads what the other leaves without a
+    /// formula.
+    fn needs_all(&self, fit: &Fit<'p>, first: usize) -> bool {
+        let supposed = fit.hypothesis.supposed();
+        if supposed.len() - first < 2 {
+            return true;
+        }
+        let without = |k: usize| {
+            let fit = fit.refit(fit.hypothesis.clone().without(k), QUICK).ok()?;
+            Some((k, fit))
+        };
+        // That without which the others do best.
+        let least = (first..supposed.len()).filter_map(without);
+        let least = least.min_by(|a, b| a.1.misfit().total_cmp(&b.1.misfit()));
+        // Nothing follows without either.
+        let Some((k, base)) = least else { return true };
+        let leads = self.leads_over_remainders(&base, (fit, &supposed[k]), None);
+        let left = fit.reduced() > self.decision.explained;
+        leads.is_none_or(|all| !all.iter().any(|l| l.is_beaten(left, &self.decision)))
     }
 
     /// The path with what a curve was spelled as in the place of the curve.
