@@ -80,6 +80,7 @@ fn acts_on(effect: &Effect, model: &Model, channel: usize) -> bool {
     match effect.acts {
         Acts::Coordinates => model.is_coordinate(channel),
         Acts::States => !model.is_coordinate(channel),
+        Acts::CoordinatesAndSpeeds => model.may_rub(channel),
         _ => true,
     }
 }
@@ -125,5 +126,48 @@ impl Candidate {
     #[must_use]
     pub fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
         (self.effect.shapes)(scales)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::candidates;
+    use lacuna_plants::Model;
+
+    /// A level, a speed and a state of no unit that is known.
+    const STATES: &str = r#"
+        name = "tank and pump"
+
+        [parameters]
+        k = { value = 1.0, unit = "1/s" }
+
+        [[state]]
+        name = "h"
+        unit = "m"
+        derivative = "-k * h"
+
+        [[state]]
+        name = "w"
+        unit = "rpm"
+        derivative = "-k * w"
+
+        [[state]]
+        name = "x"
+        derivative = "-k * x"
+
+        [[measurement]]
+        column = "h"
+        of = "h"
+    "#;
+
+    #[test]
+    fn only_what_moves_rubs() {
+        let model = Model::from_text(STATES, "model.toml").expect("a model");
+        for class in ["coulomb_friction", "asymmetric_friction"] {
+            let of = |c: &&super::Candidate| c.effect.class == class;
+            let all = candidates(&model, &[]);
+            let channels: Vec<usize> = all.iter().filter(of).map(|c| c.channel).collect();
+            assert_eq!(channels, [1, 2], "{class}");
+        }
     }
 }

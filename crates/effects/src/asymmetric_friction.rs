@@ -18,7 +18,7 @@ pub(crate) static EFFECT: Effect = Effect {
         SMOOTHING_VELOCITY,
     ],
     depends_on: &[Variable::Velocity],
-    acts: Acts::CoordinatesAndStates,
+    acts: Acts::CoordinatesAndSpeeds,
     law: Law::Force(&AsymmetricFriction),
     priors,
     shapes,

@@ -131,6 +131,8 @@ pub enum Acts {
     States,
     /// Both.
     CoordinatesAndStates,
+    /// Second-order coordinates, and first-order states that are speeds.
+    CoordinatesAndSpeeds,
     /// Inputs.
     Inputs,
     /// Measured channels.

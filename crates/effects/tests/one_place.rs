@@ -76,6 +76,7 @@ fn guide_lists_the_catalogue() {
                 Acts::Coordinates => "coordinate",
                 Acts::States => "first-order state",
                 Acts::CoordinatesAndStates => "coordinate or state",
+                Acts::CoordinatesAndSpeeds => "coordinate or speed",
                 Acts::Inputs => "input",
                 Acts::Sensors => "sensor",
                 Acts::Links => "link of a robot",

@@ -27,7 +27,9 @@ pub fn places(spec: &PlantSpec, model: &Model, effect: &Effect) -> Vec<usize> {
         (Law::Input(_), _) => (0..model.inputs.len()).collect(),
         (Law::Sensor(_), _) => sensors(spec, model),
         (_, Acts::States) => on_states.collect(),
-        (_, Acts::CoordinatesAndStates) => coordinates.chain(on_states).collect(),
+        (_, Acts::CoordinatesAndStates | Acts::CoordinatesAndSpeeds) => {
+            coordinates.chain(on_states).collect()
+        }
         // The weight of an arm turns; a carriage on a level has none.
         _ if effect.class == "gravity_torque" => coordinates.filter(in_radians).collect(),
         _ => coordinates.collect(),

@@ -136,7 +136,7 @@ impl Differing<'_> {
             let acts = match effect.acts {
                 Acts::Coordinates => self.order == 2,
                 Acts::States => self.order == 1,
-                Acts::CoordinatesAndStates => true,
+                Acts::CoordinatesAndStates | Acts::CoordinatesAndSpeeds => true,
                 _ => false,
             };
             let own = [Variable::Coordinate, Variable::Velocity];

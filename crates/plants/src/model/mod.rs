@@ -285,6 +285,14 @@ impl Model {
         channel < self.coordinates.len()
     }
 
+    /// Whether something on a channel may rub: a coordinate does, and a first-order state that is a speed,
+    /// or of whose unit nothing is known. A level, a temperature or a current has no direction of motion.
+    #[must_use]
+    pub fn may_rub(&self, channel: usize) -> bool {
+        self.is_coordinate(channel)
+            || units::may_be_speed(&self.states[channel - self.coordinates.len()].unit)
+    }
+
     /// Index in the machine's state of a channel's coordinate or first-order state.
     #[must_use]
     pub fn coordinate_index(&self, channel: usize) -> usize {

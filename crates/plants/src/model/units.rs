@@ -271,6 +271,12 @@ pub(super) fn si(unit: &str) -> f64 {
     factor(unit, "rad").or_else(|| factor(unit, "m")).unwrap_or(1.0)
 }
 
+/// Whether a unit is one of speed, or none that is known.
+pub(super) fn may_be_speed(unit: &str) -> bool {
+    let speed = || ["m/s", "rad/s"].iter().any(|speed| factor(unit, speed).is_some());
+    Unit::parse(unit).is_err() || unit.is_empty() || speed()
+}
+
 /// The unit of a rate.
 pub(super) fn per_second(unit: &str) -> String {
     Dimension::VELOCITY.text("", unit, "")
