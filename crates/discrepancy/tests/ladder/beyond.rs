@@ -1,7 +1,7 @@
 //! Beyond single force laws: sensors, learned curves, hidden states, held-out recordings that
 //! speak against an effect, experiments that tell rivals apart.
 
-use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, diagnosed};
+use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnose::{Options, diagnose, split};
 use lacuna_discrepancy::diagnosis::{Finding, ProofOutcome, Verdict};
 use lacuna_discrepancy::{Dataset, DiagnoseError, Watch};
@@ -247,4 +247,24 @@ fn what_the_data_cannot_tell_is_said() {
     assert!(f.probability < 0.95, "{}", f.probability);
     // Within the range so far nothing tells them apart: no experiment is made up.
     assert!(f.experiment.as_ref().is_none_or(|e| e.difference_over_noise > 1.0));
+}
+
+/// A spring and a drag by formulas that the catalogue has not: what its own leave of them is no further
+/// law of the same variable.
+#[test]
+fn a_law_by_another_formula_is_one_law() {
+    let bench = ON_TWO_MASS;
+    let cases = [
+        ("- 15*x1", "- 15*x1 - 60*x1/(1 + (x1/0.06)^2)", "x1", "x1"),
+        ("- 15*x1", "- 15*x1 - 6*sign(v1)*abs(v1)^1.6", "x1", "v1"),
+    ];
+    for (k, (plain, other, channel, variable)) in cases.into_iter().enumerate() {
+        let truth = bench.text.replace(plain, other);
+        assert!(truth.contains(other));
+        let truth = Bench { text: Box::leak(truth.into_boxed_str()), ..bench };
+        let recordings = bench.record(&truth.model(), 610 + k as u64, 4);
+        let d = diagnosed(&bench.model(), &recordings).diagnosis;
+        let [f] = &d.findings[..] else { panic!("{other}: {:?}", d.findings) };
+        assert_eq!((f.channel.as_str(), &f.depends_on[..]), (channel, &[variable.into()][..]));
+    }
 }
