@@ -66,10 +66,10 @@ impl<'p> Search<'p> {
     }
 
     /// Whether each of the laws from `first` on that spell a curve leads what the other leaves without a
-    /// formula.
+    /// formula. Where they leave more than noise the curve is no better an answer than two names.
     fn needs_all(&self, fit: &Fit<'p>, first: usize) -> bool {
         let supposed = fit.hypothesis.supposed();
-        if supposed.len() - first < 2 {
+        if supposed.len() - first < 2 || fit.reduced() > self.decision.explained {
             return true;
         }
         let without = |k: usize| {
@@ -82,8 +82,7 @@ impl<'p> Search<'p> {
         // Nothing follows without either.
         let Some((k, base)) = least else { return true };
         let leads = self.leads_over_remainders(&base, (fit, &supposed[k]), None);
-        let left = fit.reduced() > self.decision.explained;
-        leads.is_none_or(|all| !all.iter().any(|l| l.is_beaten(left, &self.decision)))
+        leads.is_none_or(|all| !all.iter().any(|l| l.is_beaten(false, &self.decision)))
     }
 
     /// The path with what a curve was spelled as in the place of the curve.
