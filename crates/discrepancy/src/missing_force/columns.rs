@@ -8,7 +8,7 @@
 
 use super::along::Along;
 use super::rows::Rows;
-use crate::candidates::Candidate;
+use crate::candidates::{Candidate, Term};
 use crate::likelihood::Problem;
 use crate::screen::{sensed, structure};
 use lacuna_effects::{AnySeriesLaw, Law};
@@ -67,22 +67,14 @@ impl Columns<'_> {
                 all
             }
             Law::Input(law) => {
-                let (j, m) = (candidate.channel, self.problem.model.input_width());
+                let j = candidate.channel;
                 let mut all = vec![vec![vec![]]; shapes.len()];
                 for along in self.along {
-                    let slopes = self.by_input(along, j);
-                    let u: Vec<f64> =
-                        along.motion.inputs.iter().skip(j).step_by(m).copied().collect();
+                    let (slopes, u) = (self.by_input(along, j), self.input(along, j));
                     for (columns, shape) in all.iter_mut().zip(shapes) {
                         let mut made = law.plain().applied(shape, &along.motion.times, &u);
                         made.iter_mut().zip(&u).for_each(|(made, u)| *made -= u);
-                        let made = self.at_samples(made);
-                        for (c, slopes) in slopes.iter().enumerate() {
-                            if slopes.iter().any(|s| *s != 0.0) {
-                                let force = |k: usize| slopes[k] * made[k];
-                                self.add(&mut columns[0], along.recording, c, force);
-                            }
-                        }
+                        self.add_input(&mut columns[0], (along, &slopes), made);
                     }
                 }
                 all
@@ -125,12 +117,110 @@ impl Columns<'_> {
         }
     }
 
+    /// The column of an input itself.
+    pub(super) fn of_input(&self, j: usize) -> Column {
+        let mut column = vec![];
+        for along in self.along {
+            let slopes = self.by_input(along, j);
+            self.add_input(&mut column, (along, &slopes), self.input(along, j));
+        }
+        column
+    }
+
+    /// The entries of a series in an input's place.
+    fn add_input(
+        &self,
+        column: &mut Column,
+        (along, slopes): (&Along, &[Vec<f64>]),
+        made: Vec<f64>,
+    ) {
+        let made = self.at_samples(made);
+        for (c, slopes) in slopes.iter().enumerate() {
+            if slopes.iter().any(|s| *s != 0.0) {
+                self.add(column, along.recording, c, |k| slopes[k] * made[k]);
+            }
+        }
+    }
+
+    fn input(&self, along: &Along, j: usize) -> Vec<f64> {
+        let m = self.problem.model.input_width();
+        along.motion.inputs.iter().skip(j).step_by(m).copied().collect()
+    }
+
+    /// Mean over the samples of an input of `log |du'/du|`, of what several laws with their amplitudes make of it
+    /// together on a channel; relative to the input, nothing is smaller than `least`.
+    pub(super) fn log_slope(
+        &self,
+        (j, c): (usize, usize),
+        laws: &[(&Term, &[f64])],
+        least: f64,
+    ) -> f64 {
+        const STEP: f64 = 1e-4;
+        let (mut sum, mut count) = (0.0, 0);
+        for along in self.along {
+            let u = self.input(along, j);
+            let [made, more] = [1.0, 1.0 + STEP].map(|by| self.made((along, c), (j, by), laws));
+            let size = (u.iter().map(|u| u * u).sum::<f64>() / u.len().max(1) as f64).sqrt();
+            let least = (least * size).max(f64::MIN_POSITIVE);
+            for ((more, made), u) in more.iter().zip(made).zip(&u) {
+                let moved = ((more - made) / STEP).abs();
+                sum += (moved.max(least) / u.abs().max(least)).ln();
+            }
+            count += u.len();
+        }
+        sum / f64::from(u32::try_from(count).unwrap_or(u32::MAX).max(1))
+    }
+
+    /// What laws make of an input, were it so many times as large: its own, and what forces that depend on it add
+    /// to it on a channel.
+    fn made(
+        &self,
+        (along, c): (&Along, usize),
+        (j, by): (usize, f64),
+        laws: &[(&Term, &[f64])],
+    ) -> Vec<f64> {
+        let m = self.problem.model.input_width();
+        let mut motion = along.motion.clone();
+        motion.inputs.iter_mut().skip(j).step_by(m).for_each(|u| *u *= by);
+        let u: Vec<f64> = motion.inputs.iter().skip(j).step_by(m).copied().collect();
+        let slopes = &self.by_input(along, j)[c];
+        let mut all = u.clone();
+        for (Term { candidate, shape }, amplitudes) in laws {
+            match candidate.effect.law {
+                Law::Input(law) => {
+                    let of = law.plain().applied(shape, &motion.times, &u);
+                    let share = amplitudes[0];
+                    for ((all, of), u) in all.iter_mut().zip(of).zip(&u) {
+                        *all += share * (of - u);
+                    }
+                }
+                Law::Force(law) => {
+                    let places = self.problem.model.places(
+                        candidate.effect,
+                        candidate.channel,
+                        candidate.other,
+                    );
+                    let shapes = std::iter::once(shape.as_slice());
+                    motion.bases(law, shapes, &places, |_, series| {
+                        for (a, series) in amplitudes.iter().zip(series) {
+                            let forces = series.iter().zip(slopes);
+                            for (all, (force, slope)) in all.iter_mut().zip(forces) {
+                                *all += if *slope == 0.0 { 0.0 } else { a * force / slope };
+                            }
+                        }
+                    });
+                }
+                Law::Sensor(_) | Law::Structure(_) => {}
+            }
+        }
+        all
+    }
+
     /// Share of the power of an input that a law takes away from it, or adds.
     pub(super) fn taken_from_input(&self, law: &dyn AnySeriesLaw, j: usize, shape: &[f64]) -> f64 {
-        let m = self.problem.model.input_width();
         let (mut taken, mut all) = (0.0, 0.0);
         for along in self.along {
-            let u: Vec<f64> = along.motion.inputs.iter().skip(j).step_by(m).copied().collect();
+            let u = self.input(along, j);
             let made = law.plain().applied(shape, &along.motion.times, &u);
             taken += made.iter().zip(&u).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
             all += u.iter().map(|u| u * u).sum::<f64>();

@@ -86,7 +86,8 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
     let candidates = &plain[..];
     let Some(empty) = Pursuit::new(&columns, belief) else { return vec![] };
     let prior_odds = belief.prior_odds;
-    let mut best = empty.clone().pursued(candidates, prior_odds, tie);
+    let mut best =
+        empty.clone().pursued(candidates, prior_odds, tie).heard(&empty, candidates, tie);
     // What is wrong in a sensor, or with a body, passes for many laws of single channels.
     if best.leaves_more_than_noise() {
         for law in empty.of_many_channels(candidates, prior_odds) {
@@ -94,8 +95,9 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
             if begun.quiet().is_none() {
                 continue;
             }
-            let other = begun.pursued(candidates, prior_odds, tie);
-            if other.deficit(prior_odds) < best.deficit(prior_odds) {
+            let other = begun.clone().pursued(candidates, prior_odds, tie);
+            let other = other.heard(&begun, candidates, tie);
+            if other.deficit() < best.deficit() {
                 best = other;
             }
         }
@@ -110,6 +112,8 @@ struct Block {
     white: usize,
     /// How many of its rows are worth one.
     temperature: f64,
+    /// How many of its rows are correlated.
+    colour: f64,
     /// Nats by which it is less likely than if nothing but the noise of the sensors were left, what is correlated
     /// counted once.
     deficit: f64,
@@ -133,7 +137,7 @@ impl Block {
             covariance.add_diagonal(1e-12 * covariance.largest_diagonal());
             factors.push(covariance.cholesky().ok()?);
         }
-        Some(Self { white, temperature: 1.0, deficit: 0.0, factors })
+        Some(Self { white, temperature: 1.0, colour: 1.0, deficit: 0.0, factors })
     }
 
     /// A column of all recordings, whitened.
@@ -174,6 +178,7 @@ struct Pursuit<'a> {
     taken: Vec<Taken>,
     /// The inputs that drive each channel alone.
     inputs_of: Vec<Vec<usize>>,
+    prior_odds: f64,
 }
 
 /// The regression on what is taken: whitened columns in units of their priors, and what they say.
@@ -213,7 +218,8 @@ impl<'a> Pursuit<'a> {
             rows.iter().map(|r| if r.is_empty() { None } else { Block::new(r, 0) }).collect();
         blocks.iter().any(Option::is_some).then_some(())?;
         let inputs_of = columns.inputs_that_drive_one();
-        let mut this = Self { columns, known, right, blocks, taken: vec![], inputs_of };
+        let prior_odds = belief.prior_odds;
+        let mut this = Self { columns, known, right, blocks, taken: vec![], inputs_of, prior_odds };
         this.quiet()?;
         Some(this)
     }
@@ -296,7 +302,7 @@ impl<'a> Pursuit<'a> {
                     let colour = colour(series(rows, &left).into_iter(), RELIABLE);
                     let temperature = colour * (square / own).max(1.0);
                     let deficit = (0.5 * (square - own).max(0.0) + width - quietest) / colour;
-                    Some((Block { temperature, deficit, ..block }, likelihood))
+                    Some((Block { temperature, colour, deficit, ..block }, likelihood))
                 });
                 let best = tried.max_by(|a, b| a.1.total_cmp(&b.1));
                 best.map(|b| b.0).or_else(|| Block::new(rows, before.white))
@@ -304,6 +310,18 @@ impl<'a> Pursuit<'a> {
             self.blocks = blocks.collect();
         }
         Some(())
+    }
+
+    /// The amplitudes of what is taken.
+    fn amplitudes(&self) -> Vec<Vec<f64>> {
+        self.base().map_or(vec![], |base| amplitudes(&self.taken, &base))
+    }
+
+    /// Whether a law with these amplitudes leaves an input most of what it is.
+    fn leaves_input(&self, candidate: &Candidate, shape: &[f64], amplitudes: &[f64]) -> bool {
+        let Law::Input(law) = candidate.effect.law else { return true };
+        let taken = self.columns.taken_from_input(law, candidate.channel, shape);
+        amplitudes.iter().all(|share| share * share * taken < MOST_TAKEN)
     }
 
     /// The shapes of a candidate that may be: none that takes away most of an input.
@@ -346,7 +364,10 @@ impl<'a> Pursuit<'a> {
         let mut tried: Vec<(usize, f64)> = vec![];
         for (number, columns) in all.iter().enumerate() {
             let gain = self.gain(base, columns, &sd, magnitude);
-            tried.extend(gain.filter(|g| g.0.is_finite()).map(|g| (number, g.0)));
+            let may_be = |g: &(f64, Vec<f64>)| {
+                g.0.is_finite() && self.leaves_input(candidate, &shapes[number], &g.1)
+            };
+            tried.extend(gain.filter(may_be).map(|g| (number, g.0)));
         }
         let gain = log_sum_exp(tried.iter().map(|t| t.1)) - (shapes.len() as f64).ln();
         let (best, _) = tried.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -402,10 +423,96 @@ impl<'a> Pursuit<'a> {
         self
     }
 
+    /// What is found where it explains the inputs that were recorded, and no less what was found without laws of
+    /// the inputs. Of a joint that its model needs hardly a torque for, a law that silences the actuator leaves as
+    /// little as friction does; but of what it silences it says nothing ([`Self::silenced`]).
+    fn heard(self, empty: &Self, candidates: &[Candidate], tie: f64) -> Self {
+        let prior_odds = empty.prior_odds;
+        let on: Vec<usize> =
+            (0..self.blocks.len()).filter(|&c| self.laws_of_inputs(c).next().is_some()).collect();
+        if on.is_empty() {
+            return self;
+        }
+        let drives =
+            |on: &[usize], k: &Candidate| on.iter().any(|c| self.input_of(k, *c).is_some());
+        let without = |channels: &[usize]| {
+            let left: Vec<Candidate> =
+                candidates.iter().filter(|k| !drives(channels, k)).copied().collect();
+            empty.clone().pursued(&left, prior_odds, tie)
+        };
+        let other = without(&on);
+        let colour = |p: &Self, c: usize| p.blocks[c].as_ref().map_or(1.0, |b| b.colour);
+        let worse = |c: &usize| {
+            let colour = f64::max(colour(&self, *c), colour(&other, *c));
+            let [own, other] = [&self, &other].map(|p| p.deficit_of(*c, colour));
+            other + tie < own
+        };
+        let silent: Vec<usize> = on.iter().copied().filter(worse).collect();
+        match silent.len() {
+            0 => self,
+            n if n == on.len() => other,
+            _ => without(&silent),
+        }
+    }
+
+    /// The input that drives a channel alone and on which a law acts, or of which its force on the channel depends.
+    fn input_of(&self, candidate: &Candidate, c: usize) -> Option<usize> {
+        let input = match candidate.effect.law {
+            Law::Input(_) => Some(candidate.channel),
+            Law::Force(_) if candidate.channel == c && candidate.effect.names_input() => {
+                candidate.other
+            }
+            Law::Force(_) | Law::Sensor(_) | Law::Structure(_) => None,
+        };
+        input.filter(|j| self.inputs_of[c].contains(j))
+    }
+
+    /// The laws of inputs that drive a channel alone: their places among those that were taken, and which input.
+    fn laws_of_inputs(&self, c: usize) -> impl Iterator<Item = (usize, usize)> {
+        let all = self.taken.iter().enumerate();
+        all.filter_map(move |(k, t)| Some((k, self.input_of(&t.term.candidate, c)?)))
+    }
+
+    /// Nats that are missing to rows of a channel of nothing but the sensors' noise, what its own laws silence, and
+    /// what they cost; of so many rows that are correlated one is counted.
+    fn deficit_of(&self, c: usize, colour: f64) -> f64 {
+        let Some(block) = &self.blocks[c] else { return 0.0 };
+        let laws = self.taken.iter().filter(|t| self.acts_alone(&t.term.candidate, c)).count();
+        let all = block.deficit * block.colour + self.silenced(c, block);
+        all / colour + self.prior_odds * laws as f64
+    }
+
+    /// Nats by which laws of a channel's inputs make the motion more likely only in that less of the input
+    /// reaches the machine. What is known is the recorded input no less than the motion, and where u' is made of u,
+    /// `log p(u | motion) = log p(motion | u) + sum_k log |du'/du|`: of an input that makes no difference, no value is
+    /// likelier than another. No slope is smaller than the noise is beside the input.
+    fn silenced(&self, c: usize, block: &Block) -> f64 {
+        let amplitudes = self.amplitudes();
+        let rows: usize = self.columns.rows[c].iter().map(|(_, own)| own.right.len()).sum();
+        let of = |j: usize| {
+            let laws: Vec<(&Term, &[f64])> = self
+                .laws_of_inputs(c)
+                .filter(|(_, of)| *of == j)
+                .filter_map(|(k, _)| Some((&self.taken[k].term, amplitudes.get(k)?.as_slice())))
+                .collect();
+            let mut whitened = self.columns.of_input(j);
+            whitened.retain(|(d, _)| *d == c);
+            let Some((_, entries)) = whitened.first_mut().filter(|_| !laws.is_empty()) else {
+                return 0.0;
+            };
+            block.whiten(&self.columns.rows[c], entries);
+            let square: f64 = entries.iter().map(|x| x * x).sum();
+            let loud = (square / entries.len().max(1) as f64).sqrt().max(1.0);
+            -self.columns.log_slope((j, c), &laws, 1.0 / loud)
+        };
+        let all: f64 = self.inputs_of[c].iter().map(|j| of(*j)).sum();
+        all * rows as f64
+    }
+
     /// Nats that are missing to rows of nothing but the sensors' noise, and what the laws cost.
-    fn deficit(&self, prior_odds: f64) -> f64 {
+    fn deficit(&self) -> f64 {
         let left: f64 = self.blocks.iter().flatten().map(|b| b.deficit).sum();
-        left + prior_odds * self.taken.len() as f64
+        left + self.prior_odds * self.taken.len() as f64
     }
 
     /// Whether some channel is left with more than the noise of its sensors.
@@ -599,13 +706,10 @@ impl<'a> Pursuit<'a> {
 
     fn obeyed(&self, candidates: &[Candidate]) -> Vec<Obeyed> {
         let Some(base) = self.base() else { return vec![] };
-        let Some(factor) = base.normal.clone().cholesky() else { return vec![] };
-        let mean = factor.solve(&base.moment);
-        let mut at = self.known.len();
         let mut all = vec![];
-        for (k, t) in self.taken.iter().enumerate() {
-            let amplitudes = t.sd.iter().enumerate().map(|(i, sd)| sd * mean[at + i]).collect();
-            at += t.sd.len();
+        for (k, (t, amplitudes)) in
+            self.taken.iter().zip(amplitudes(&self.taken, &base)).enumerate()
+        {
             let others: Vec<&Taken> =
                 self.taken.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t).collect();
             let Some(without) = self.base_of(&others) else { continue };
@@ -615,6 +719,19 @@ impl<'a> Pursuit<'a> {
         }
         all
     }
+}
+
+/// The amplitudes of laws that stand last in a regression; none where it is singular.
+fn amplitudes(taken: &[Taken], base: &Base) -> Vec<Vec<f64>> {
+    let Some(factor) = base.normal.clone().cholesky() else { return vec![] };
+    let mean = factor.solve(&base.moment);
+    let mut at = mean.len() - taken.iter().map(|t| t.sd.len()).sum::<usize>();
+    let of = |t: &Taken| {
+        let first = at;
+        at += t.sd.len();
+        t.sd.iter().enumerate().map(|(i, sd)| sd * mean[first + i]).collect()
+    };
+    taken.iter().map(of).collect()
 }
 
 /// Whether a law is a plain one. What has a memory or a time of its own follows much that it is not, and the

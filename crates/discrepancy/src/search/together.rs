@@ -9,7 +9,7 @@
 use super::driven::Quieted;
 use super::{Named, Path, Rival, Search, Searched, effect_of, untried};
 use crate::candidates::Candidate;
-use crate::likelihood::{FULL, Fit, Hypothesis, QUICK};
+use crate::likelihood::{FULL, Fit, FitError, Hypothesis, QUICK};
 use crate::missing_force::{Belief, Obeyed, laws};
 use lacuna_effects::Acts;
 use lacuna_plants::model::ModelEffect;
@@ -34,14 +34,28 @@ impl<'p> Search<'p> {
             let at = effect.acts.at(on);
             self.watch.tell(&format!("forces show {} {at}: {:.0} nats", effect.words, law.gain));
         }
-        let h = self.supposing(&all);
-        let still = Fit::still(self.problem, h, self.level).ok()?;
-        let Quieted { fit, gone } = self.quieted(&still).ok()?;
+        let (still, all) = self.still(all)?;
+        let Quieted { fit, gone } = self.or_tell(self.quieted(&still))?;
         let path = Path { fit, named: self.named(&all) };
         if gone {
             return self.exact(path);
         }
         self.beside_noise(path)
+    }
+
+    /// The model with laws as they were found, and which those are: where it runs away even along the windows of the
+    /// recordings, the least missed are left out, for what the measured motion hardly tells may have any size.
+    fn still(&self, mut all: Vec<Obeyed>) -> Option<(Fit<'p>, Vec<Obeyed>)> {
+        while !all.is_empty() && !self.watch.is_late() {
+            let h = self.supposing(&all);
+            if let Some(fit) = self.or_tell(Fit::still(self.problem, h, self.level)) {
+                return Some((fit, all));
+            }
+            let gains = all.iter().map(|law| law.gain).enumerate();
+            let (least, _) = gains.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            all.remove(least);
+        }
+        None
     }
 
     /// The model with these laws.
@@ -87,7 +101,7 @@ impl<'p> Search<'p> {
 
     /// The search from many laws beside what drives the machine.
     fn beside_noise(&self, path: Path<'p>) -> Option<Searched<'p>> {
-        let fit = path.fit.at_level(self.fewest_windows(), FULL).ok()?;
+        let fit = self.or_tell(path.fit.at_level(self.fewest_windows(), FULL))?;
         let path = self.quiet(Path { fit, ..path })?;
         self.tell("together", &path.fit);
         let laws = path.named.len();
@@ -104,9 +118,14 @@ impl<'p> Search<'p> {
 
     /// A path under the noise that is most likely along it, or under none.
     fn quiet(&self, path: Path<'p>) -> Option<Path<'p>> {
-        let Quieted { fit, gone } = self.quieted(&path.fit).ok()?;
-        let fit = if gone { self.exactly(&fit).ok()? } else { fit };
+        let Quieted { fit, gone } = self.or_tell(self.quieted(&path.fit))?;
+        let fit = if gone { self.or_tell(self.exactly(&fit))? } else { fit };
         Some(Path { fit, ..path })
+    }
+
+    /// What was fitted; of a failure it is told why.
+    fn or_tell<T>(&self, fit: Result<T, FitError>) -> Option<T> {
+        fit.inspect_err(|error| self.watch.tell(&format!("together: {error}"))).ok()
     }
 
     /// The level of a few windows in all: what is corrected by what is measured goes astray in no window, and those
