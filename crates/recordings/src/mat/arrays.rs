@@ -247,8 +247,11 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(&bytes[..end]).into_owned()
 }
 
-/// Number of bytes of a number of this type, and how it is made of them; none for what is no number.
-fn number(kind: u32, big_endian: bool) -> Option<(usize, fn(&[u8]) -> f64)> {
+/// Number of bytes of a number, and how it is made of them.
+type Number = (usize, fn(&[u8]) -> f64);
+
+/// A number of this type; none for what is no number.
+fn number(kind: u32, big_endian: bool) -> Option<Number> {
     macro_rules! of {
         ($number:ty) => {
             (
