@@ -20,7 +20,7 @@ fuzz_target!(|text: &str| {
     let Ok(model) = Model::from_text(model, "model.toml") else { return };
     let path = file("run.csv", recording.as_bytes());
     let Ok(recording) = read(&RecordingSource::file(path), &model.time_column) else { return };
-    let _ = check::Report::of(&model, std::slice::from_ref(&recording)).map(|r| r.text());
+    let _ = check::Report::of(&model, vec![recording.clone().into()]).map(|r| r.text());
     let any = AnyModel::Equations(Box::new(model.clone()));
     let settings = Settings { horizon: None, warmup: 20 };
     let _ = Simulation::of((&any, "model.toml"), &recording, settings);

@@ -3,7 +3,9 @@
 use crate::error::told;
 use lacuna::discrepancy::DiagnoseError;
 use lacuna::models::AnyModel;
-use lacuna::recordings::{self, Column, RecordingError, RecordingSource, Unit, UnitError, convert};
+use lacuna::recordings::{
+    self, Column, Log, RecordingError, RecordingSource, Unit, UnitError, Wanted, convert, read_log,
+};
 use numpy::{PyArray1, PyReadonlyArray1, ToPyArray};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -93,19 +95,26 @@ impl Recording {
 }
 
 impl Recording {
-    /// The recording as a model takes it, its columns in the units that the model says; it is the
-    /// `number`-th, which names one without a name.
+    /// The recording as a model takes it ([`Recording::log`]).
     pub fn read(
         &self,
         model: &AnyModel,
         number: usize,
     ) -> Result<recordings::Recording, DiagnoseError> {
+        Ok(self.log(model, number)?.recording)
+    }
+
+    /// What a model uses of the recording, its columns in the units that the model says; it is the
+    /// `number`-th, which names one without a name.
+    pub fn log(&self, model: &AnyModel, number: usize) -> Result<Log, DiagnoseError> {
         let time = self.time.as_deref().unwrap_or_else(|| model.time_column());
-        let mut recording = self.in_own_units(time, number)?;
+        let mut wanted = model.wanted().needing(self.units.keys().cloned());
+        time.clone_into(&mut wanted.time);
+        let mut log = self.in_own_units(&wanted, number)?;
         for (column, unit) in &self.units {
-            self.convert(&mut recording, (column, unit), (model, time))?;
+            self.convert(&mut log.recording, (column, unit), (model, time))?;
         }
-        Ok(recording)
+        Ok(log)
     }
 
     /// The recording in its own units, where no model says them.
@@ -114,7 +123,8 @@ impl Recording {
         time: &str,
         number: usize,
     ) -> Result<recordings::Recording, RecordingError> {
-        self.in_own_units(self.time.as_deref().unwrap_or(time), number)
+        let wanted = Wanted::all(self.time.as_deref().unwrap_or(time));
+        Ok(self.in_own_units(&wanted, number)?.recording)
     }
 
     /// Add the units of its columns to those of others.
@@ -134,23 +144,19 @@ impl Recording {
         Ok(())
     }
 
-    fn in_own_units(
-        &self,
-        time: &str,
-        number: usize,
-    ) -> Result<recordings::Recording, RecordingError> {
-        let mut recording = match &self.from {
-            Source::File(source) => recordings::read(source, time)?,
+    fn in_own_units(&self, wanted: &Wanted, number: usize) -> Result<Log, RecordingError> {
+        let mut log = match &self.from {
+            Source::File(source) => read_log(source, wanted)?,
             Source::Columns(columns) => {
                 let name = format!("recording {number}");
                 let name = self.name.as_deref().unwrap_or(&name);
-                recordings::Recording::from_columns(name, columns.clone(), time)?
+                recordings::Recording::from_columns(name, columns.clone(), &wanted.time)?.into()
             }
         };
         if let Some(name) = &self.name {
-            recording.name.clone_from(name);
+            log.recording.name.clone_from(name);
         }
-        Ok(recording)
+        Ok(log)
     }
 
     /// Bring a column from its own unit to that in which the model takes it.
@@ -197,6 +203,11 @@ pub fn read_all(
     model: &AnyModel,
     first: usize,
 ) -> PyResult<Vec<recordings::Recording>> {
-    let read = |(k, r): (usize, &Py<Recording>)| r.get().read(model, first + k).map_err(told);
+    Ok(logs(all, model, first)?.into_iter().map(|log| log.recording).collect())
+}
+
+/// The same with what else is said of their files.
+pub fn logs(all: &[Py<Recording>], model: &AnyModel, first: usize) -> PyResult<Vec<Log>> {
+    let read = |(k, r): (usize, &Py<Recording>)| r.get().log(model, first + k).map_err(told);
     all.iter().enumerate().map(read).collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::error::told;
 use crate::model::Model;
-use crate::recording::{Recording, read_all};
+use crate::recording::{Recording, logs, read_all};
 use lacuna::check::Report;
 use lacuna::comparison::{Compared, Named, Pair, labels};
 use lacuna::recordings;
@@ -50,8 +50,8 @@ pub fn check(
 ) -> PyResult<(String, String)> {
     let own = model.get();
     let equations = own.equations()?;
-    let recordings = read_all(&recordings, &own.model, 1)?;
-    let report = py.detach(|| Report::of(equations, &recordings).map_err(|e| e.to_string()));
+    let logs = logs(&recordings, &own.model, 1)?;
+    let report = py.detach(|| Report::of(equations, logs).map_err(|e| e.to_string()));
     let report = unless_raised(&[own], report)?;
     let warnings = report.warnings().iter().map(|w| format!("warning: {w}\n"));
     let text = report.text() + &warnings.collect::<String>();

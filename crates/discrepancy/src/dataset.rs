@@ -3,6 +3,7 @@
 //! output estimated, and imposed motion smoothed.
 
 pub(crate) mod clean;
+mod wanted;
 
 use crate::DiagnoseError;
 use lacuna_occupation::{InputPath, Names};
@@ -11,7 +12,7 @@ use lacuna_plants::{Hold, Model};
 pub use lacuna_recordings::Cleaned;
 use lacuna_recordings::{
     Gap, InputHold, NoiseEstimate, Prior, Recording, Sampling, Smoother, Trajectory as Path, Unit,
-    condition, convert, lost_input_variance, resample_input,
+    Wanted, condition, convert, lost_input_variance, resample_input,
 };
 
 /// A measured output of the machine.
@@ -116,6 +117,19 @@ pub struct Dataset {
 const FEWEST_SAMPLES: usize = 100;
 
 impl Dataset {
+    /// What a model uses of a file: columns of its measurements, else of the names of its channels and inputs. Rows
+    /// are at the times of a measurement of what moves freely.
+    #[must_use]
+    pub fn wanted(model: &Model) -> Wanted {
+        wanted::of_equations(model)
+    }
+
+    /// What an identified model of this order uses of a file.
+    #[must_use]
+    pub fn wanted_by_identified(names: &Names, order: usize) -> Wanted {
+        wanted::of_identified(names, order)
+    }
+
     /// Bring recordings into the model's channels.
     ///
     /// # Errors

@@ -7,21 +7,30 @@ use crate::discrepancy::{Dataset, DiagnoseError, Observed, Output};
 use crate::files::write_together;
 use crate::plants::Model;
 use crate::plants::model::{Measured, ModelError};
-use crate::recordings::{Recording, RecordingError, RecordingSource, arranged, read};
+use crate::recordings::{Log, Recording, RecordingError, RecordingSource, arranged, read_log};
 use crate::report;
 use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The recordings of these files, their times those of the model's column.
+/// What these files hold of what the model uses ([`Dataset::wanted`]).
 ///
 /// # Errors
 /// [`RecordingError`] with the file and place.
+pub fn logs(model: &Model, sources: &[RecordingSource]) -> Result<Vec<Log>, RecordingError> {
+    let wanted = Dataset::wanted(model);
+    sources.iter().map(|source| read_log(source, &wanted)).collect()
+}
+
+/// The recordings of [`logs`].
+///
+/// # Errors
+/// As [`logs`].
 pub fn recordings(
     model: &Model,
     sources: &[RecordingSource],
 ) -> Result<Vec<Recording>, RecordingError> {
-    sources.iter().map(|source| read(source, &model.time_column)).collect()
+    Ok(logs(model, sources)?.into_iter().map(|log| log.recording).collect())
 }
 
 /// Training and held-out data, the noise of the training recordings in both. Without recordings that

@@ -5,7 +5,7 @@ use crate::discrepancy::{Dataset, DiagnoseError, IdentifiedPredictor, Prediction
 use crate::occupation::compile::Compiled;
 use crate::occupation::{IdentifiedModel, ModelFileError, Names};
 use crate::plants::Model;
-use crate::recordings::{Recording, RecordingError, RecordingSource};
+use crate::recordings::{Recording, RecordingError, RecordingSource, Wanted, read_log};
 use std::error::Error;
 use std::path::Path;
 
@@ -56,12 +56,23 @@ impl AnyModel {
         }
     }
 
-    /// A recording with the model's column of time.
+    /// What it uses of a file.
+    pub fn wanted(&self) -> Wanted {
+        match self {
+            Self::Equations(model) => Dataset::wanted(model),
+            Self::Identified(identified) => {
+                let (model, names) = &**identified;
+                Dataset::wanted_by_identified(names, model.order())
+            }
+        }
+    }
+
+    /// What it uses of a recording.
     ///
     /// # Errors
     /// What is wrong with the file, with its path.
     pub fn recording(&self, source: &RecordingSource) -> Result<Recording, RecordingError> {
-        crate::recordings::read(source, self.time_column())
+        Ok(read_log(source, &self.wanted())?.recording)
     }
 
     /// A recording in the model's channels.

@@ -50,7 +50,7 @@ impl Reader for Csv {
             path: source.path.clone(),
             source: error,
         })?;
-        read_bytes(&bytes, source, wanted.time).map(Into::into)
+        read_bytes(&bytes, source, &wanted.time).map(Into::into)
     }
 }
 

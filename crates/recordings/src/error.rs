@@ -314,6 +314,21 @@ pub enum RecordingError {
         /// The nearest of them, where one is near.
         suggestion: Option<String>,
     },
+    /// No column measures anything that is looked for.
+    #[error(
+        "recording {recording} has none of the columns that are measured ({}); its columns are: {}; the model's \
+         [[measurement]] sections say what columns measure",
+        list(measured),
+        list(available)
+    )]
+    NothingMeasured {
+        /// The recording.
+        recording: String,
+        /// The columns of which one is needed.
+        measured: Vec<String>,
+        /// The columns that exist.
+        available: Vec<String>,
+    },
     /// A column to be written is longer or shorter than the time.
     #[error(
         "cannot write {path}: column '{column}' has {found} values, time has {expected}",

@@ -44,6 +44,7 @@ mod error;
 mod hold;
 mod kinds;
 mod log;
+mod mat;
 mod mcap;
 mod memory;
 mod noise;
@@ -60,6 +61,7 @@ mod table;
 mod unwrap;
 
 pub use crate::csv::{Csv, write_csv, write_csv_with_time};
+pub use crate::mat::Mat;
 pub use crate::mcap::Mcap;
 pub use crate::parquet::Parquet;
 pub use arrangement::arranged;

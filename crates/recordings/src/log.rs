@@ -1,38 +1,51 @@
 //! What is wanted of a file, and what a file gave.
 
+use std::collections::BTreeSet;
+use std::ops::Bound;
+
 use lacuna_units::names::nearest;
 
 use crate::error::RecordingError;
 use crate::recording::Recording;
 
-/// Whether a column of a name is wanted.
-type Choice<'a> = Box<dyn Fn(&str) -> bool + 'a>;
-
 /// Which columns of a file are wanted. What nobody wants is not kept in memory.
-#[derive(Default)]
-pub struct Wanted<'a> {
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
     /// Name of the column of time.
-    pub time: &'a str,
-    keeps: Option<Choice<'a>>,
+    pub time: String,
+    /// Without it, every column.
+    only: Option<BTreeSet<String>>,
     needed: Vec<String>,
-    held: Vec<String>,
+    measured: Vec<String>,
+    held: BTreeSet<String>,
 }
 
-impl<'a> Wanted<'a> {
+impl Wanted {
     /// Every column that holds numbers.
-    pub fn all(time: &'a str) -> Self {
-        Self { time, ..Self::default() }
+    pub fn all(time: &str) -> Self {
+        Self { time: time.into(), ..Self::default() }
     }
 
-    /// The columns of which `keeps` is true, where the file has them.
-    pub fn only(time: &'a str, keeps: impl Fn(&str) -> bool + 'a) -> Self {
-        Self { time, keeps: Some(Box::new(keeps)), ..Self::default() }
+    /// The columns of these names, where the file has them.
+    pub fn only(time: &str, names: impl IntoIterator<Item = String>) -> Self {
+        Self { only: Some(names.into_iter().collect()), ..Self::all(time) }
     }
 
     /// And columns without which the file is of no use.
     #[must_use]
     pub fn needing(mut self, names: impl IntoIterator<Item = String>) -> Self {
         self.needed.extend(names);
+        if let Some(only) = &mut self.only {
+            only.extend(self.needed.iter().cloned());
+        }
+        self
+    }
+
+    /// Of these, what is measured, of which one column at least has to be there. Of a file with several
+    /// clocks the rows are at the times of a measurement.
+    #[must_use]
+    pub fn measuring(mut self, names: impl IntoIterator<Item = String>) -> Self {
+        self.measured.extend(names);
         self
     }
 
@@ -46,29 +59,47 @@ impl<'a> Wanted<'a> {
 
     /// Whether the column `name` is wanted.
     pub fn keeps(&self, name: &str) -> bool {
-        self.keeps.as_ref().is_none_or(|keeps| keeps(name)) || self.needed.iter().any(|n| n == name)
+        self.only.as_ref().is_none_or(|only| only.contains(name))
+    }
+
+    /// Whether a column may be wanted whose name begins with `start`.
+    pub(crate) fn keeps_some(&self, start: &str) -> bool {
+        self.only.as_ref().is_none_or(|only| {
+            let next = only.range::<str, _>((Bound::Included(start), Bound::Unbounded)).next();
+            next.is_some_and(|name| name.starts_with(start))
+        })
+    }
+
+    /// Whether the column `name` is measured; any is where nothing else is said.
+    pub(crate) fn measures(&self, name: &str) -> bool {
+        self.measured.is_empty() || self.measured.iter().any(|m| m == name)
     }
 
     /// Whether the column `name` keeps a sample until the next one.
     pub(crate) fn holds(&self, name: &str) -> bool {
-        self.held.iter().any(|n| n == name)
+        self.held.contains(name)
     }
 
-    /// That no column is missing which is needed.
-    pub(crate) fn check_needed(
-        &self,
-        recording: &str,
-        names: &[&str],
-    ) -> Result<(), RecordingError> {
-        let Some(wanted) = self.needed.iter().find(|n| **n != self.time && !names.contains(&&***n))
-        else {
+    /// That no column is missing which is needed, nor all that are measured.
+    pub(crate) fn check(&self, recording: &str, names: &[&str]) -> Result<(), RecordingError> {
+        let available = || names.iter().map(|&n| n.into()).collect();
+        if let Some(wanted) =
+            self.needed.iter().find(|n| **n != self.time && !names.contains(&&***n))
+        {
+            return Err(RecordingError::NoSuchColumn {
+                recording: recording.into(),
+                wanted: wanted.clone(),
+                suggestion: nearest(wanted, names.iter().copied()).map(Into::into),
+                available: available(),
+            });
+        }
+        if self.measured.is_empty() || names.iter().any(|name| self.measures(name)) {
             return Ok(());
-        };
-        Err(RecordingError::NoSuchColumn {
+        }
+        Err(RecordingError::NothingMeasured {
             recording: recording.into(),
-            wanted: wanted.clone(),
-            suggestion: nearest(wanted, names.iter().copied()).map(Into::into),
-            available: names.iter().map(|&n| n.into()).collect(),
+            measured: self.measured.clone(),
+            available: available(),
         })
     }
 }
@@ -107,4 +138,19 @@ pub struct Clock {
     pub delay: f64,
     /// Messages that had the time of another one, of which the last was kept.
     pub repeated: usize,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_begins_a_wanted_name_is_looked_at() {
+        let wanted = Wanted::only("t", ["/b.x".to_owned()]).needing(["/a/c.y".to_owned()]);
+        for (start, some) in [("/b.", true), ("/a/c.", true), ("/a.", false), ("/b.x.", false)] {
+            assert_eq!(wanted.keeps_some(start), some, "{start}");
+        }
+        assert!(wanted.keeps("/b.x") && wanted.keeps("/a/c.y") && !wanted.keeps("/b"));
+        assert!(Wanted::all("t").keeps_some("/c."));
+    }
 }

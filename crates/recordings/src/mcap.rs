@@ -3,10 +3,10 @@
 //! A column is called `TOPIC.FIELD`: a field of a message within a message `TOPIC.FIELD.FIELD`, an entry of a list
 //! `TOPIC.FIELD[0]`, or by the joint's name, where the message has a list of names of the same length
 //! (`/joint_states.position[shoulder]`). Messages are read as ROS 2 (CDR), ROS 1 and JSON write
-//! them, one at a time; of those that nobody wants nothing is kept.
+//! them, one at a time; of a topic that nobody wants the first message is looked at for its names, and nothing kept.
 //!
 //! Rows are the samples of the topic that the name of time names, else of the one with the most samples of
-//! those of which a column is wanted; time is counted in seconds from the first message of the log. How others are
+//! those of which a column is measured; time is counted in seconds from the first message of the log. How others are
 //! brought onto these times: `clocks`.
 
 mod clocks;
@@ -98,6 +98,8 @@ struct Shape {
 /// What is kept of a topic.
 #[derive(Default)]
 struct Topic {
+    /// Whether a column of it may be wanted.
+    is_wanted: bool,
     stamped: bool,
     stamps: Vec<i64>,
     logged: Vec<i64>,
@@ -108,7 +110,7 @@ struct Topic {
 
 struct Messages<'w> {
     file: String,
-    wanted: &'w Wanted<'w>,
+    wanted: &'w Wanted,
     budget: Budget,
     schemas: HashMap<u16, (String, String, Vec<u8>)>,
     /// Topics of channels and how their messages are read; no way for what is not.
@@ -191,9 +193,13 @@ impl Messages<'_> {
             return Ok(());
         };
         if !self.topics.contains_key(name) {
-            self.topics.insert(name.clone(), Topic::default());
+            let is_wanted = self.wanted.keeps_some(&format!("{name}."));
+            self.topics.insert(name.clone(), Topic { is_wanted, ..Topic::default() });
         }
         let Some(topic) = self.topics.get_mut(name) else { return Ok(()) };
+        if !topic.is_wanted && !topic.shapes.is_empty() {
+            return Ok(());
+        }
         let found = &mut self.found;
         found.values.clear();
         found.shape.clear();
@@ -224,7 +230,10 @@ impl Messages<'_> {
 
     fn finish(mut self, source: &RecordingSource) -> Result<Log, RecordingError> {
         let names = self.all_names();
-        self.wanted.check_needed(&self.file, &names).map_err(|e| self.why(e))?;
+        if names.is_empty() {
+            return Err(self.nothing());
+        }
+        self.wanted.check(&self.file, &names).map_err(|e| self.why(e))?;
         let mut others = Vec::new();
         for topic in self.topics.values_mut() {
             let kept = topic.columns.iter().map(|c| &c.name);
@@ -246,24 +255,25 @@ impl Messages<'_> {
 
     /// The topic whose samples are the rows.
     fn rows_topic(&self) -> Result<String, RecordingError> {
-        let wanted = self.wanted.time;
+        let wanted = &self.wanted.time;
         let has_columns = |name: &str| self.topics.get(name).is_some_and(|t| !t.columns.is_empty());
         if has_columns(wanted) {
-            return Ok(wanted.into());
+            return Ok(wanted.clone());
         }
         if wanted.starts_with('/') {
             let available: Vec<String> = self.topics.keys().cloned().collect();
             return Err(RecordingError::NoTimeColumn {
                 file: self.file.clone(),
-                wanted: wanted.into(),
+                wanted: wanted.clone(),
                 separated: " (here topics of which a column is used)",
                 suggestion: nearest(wanted, available.iter().map(String::as_str)).map(Into::into),
                 available: available.into_iter().filter(|name| has_columns(name)).collect(),
             });
         }
-        let with_columns = self.topics.iter().filter(|(_, topic)| !topic.columns.is_empty());
+        let is_measured = |c: &Column| self.wanted.measures(&c.name);
+        let measured = self.topics.iter().filter(|(_, t)| t.columns.iter().any(is_measured));
         // Of topics with as many samples the first by name.
-        let most = with_columns.rev().max_by_key(|(_, topic)| topic.stamps.len());
+        let most = measured.rev().max_by_key(|(_, topic)| topic.stamps.len());
         most.map(|(name, _)| name.clone()).ok_or_else(|| self.nothing())
     }
 
@@ -287,7 +297,7 @@ impl Messages<'_> {
         if times.is_empty() {
             return Err(RecordingError::EmptySelection { file, selection, rows });
         }
-        let mut columns = vec![Column { name: self.wanted.time.into(), values: times.clone() }];
+        let mut columns = vec![Column { name: self.wanted.time.clone(), values: times.clone() }];
         for (k, topic) in self.topics.values().enumerate() {
             let own = &ordered[k];
             for Column { name, values } in &topic.columns {
@@ -304,7 +314,7 @@ impl Messages<'_> {
             }
         }
         let mut recording =
-            Recording::from_columns(&source.to_string(), columns, self.wanted.time)?;
+            Recording::from_columns(&source.to_string(), columns, &self.wanted.time)?;
         recording.name = source.name();
         let mut clocks: Vec<Clock> = ordered.iter().map(|o| o.clock.clone()).collect();
         clocks.swap(0, base);
@@ -320,8 +330,15 @@ impl Messages<'_> {
 
     /// A column that is missing because its topic is not read is answered with the reason.
     fn why(&self, error: RecordingError) -> RecordingError {
-        let RecordingError::NoSuchColumn { wanted, .. } = &error else { return error };
-        let of = |(topic, _): &(&String, &String)| wanted.starts_with(&format!("{topic}."));
+        let missing = match &error {
+            RecordingError::NoSuchColumn { wanted, .. } => std::slice::from_ref(wanted),
+            RecordingError::NothingMeasured { measured, .. } => measured,
+            _ => return error,
+        };
+        let of = |(topic, _): &(&String, &String)| {
+            let start = format!("{topic}.");
+            missing.iter().any(|name| name.starts_with(&start))
+        };
         match self.not_read.iter().find(of) {
             Some((topic, why)) => self.topic_not_read(topic, why),
             None => error,

@@ -81,7 +81,7 @@ impl Table {
 
     fn read(mut self, source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
         let columns = self.columns()?;
-        let time = self.time_leaf(wanted.time, &columns)?;
+        let time = self.time_leaf(&wanted.time, &columns)?;
         let (rows, time) = self.selected(time, &source.selection)?;
         let keep: Vec<bool> = time.iter().map(|&t| source.selection.has_time(t)).collect();
         let retained = |mut values: Vec<f64>| {
@@ -89,7 +89,7 @@ impl Table {
             values.retain(|_| keep.next().copied().unwrap_or(false));
             values
         };
-        let mut kept = vec![Column { name: wanted.time.into(), values: retained(time) }];
+        let mut kept = vec![Column { name: wanted.time.clone(), values: retained(time) }];
         let mut others = Vec::new();
         for (leaf, names) in columns {
             if names[..] == *std::slice::from_ref(&kept[0].name) {
@@ -107,7 +107,7 @@ impl Table {
                 }
             }
         }
-        let mut recording = Recording::from_columns(&source.to_string(), kept, wanted.time)?;
+        let mut recording = Recording::from_columns(&source.to_string(), kept, &wanted.time)?;
         recording.name = source.name();
         Ok(Log { recording, others, clocks: vec![] })
     }

@@ -8,6 +8,7 @@ use crate::csv::Csv;
 use crate::error::RecordingError;
 use crate::kinds::kind;
 use crate::log::{Log, Wanted};
+use crate::mat::Mat;
 use crate::mcap::Mcap;
 use crate::parquet::Parquet;
 use crate::recording::Recording;
@@ -37,7 +38,7 @@ pub trait Reader: Sync {
 }
 
 /// All readers.
-pub static READERS: &[&dyn Reader] = &[&Csv, &Parquet, &Mcap];
+pub static READERS: &[&dyn Reader] = &[&Csv, &Parquet, &Mcap, &Mat];
 
 /// Bytes of a file that its reader may be recognised by.
 const HEAD: u64 = 512;
@@ -55,12 +56,15 @@ pub fn read(source: &RecordingSource, time_column: &str) -> Result<Recording, Re
 /// The same of the columns that are wanted, with what else is said of the file.
 ///
 /// # Errors
-/// As [`read`]; [`RecordingError::NoSuchColumn`] where a column is not there that is needed.
+/// As [`read`]. Of a file of which columns were left out, [`RecordingError::NoSuchColumn`] where one is not
+/// there that is needed, and [`RecordingError::NothingMeasured`]; where all are kept, who uses them tells.
 pub fn read_log(source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
     let log = choose(READERS, &source.path)?.read(source, wanted)?;
-    let kept = log.recording.columns.iter().map(|c| &c.name);
-    let names: Vec<&str> = kept.chain(&log.others).map(String::as_str).collect();
-    wanted.check_needed(&log.recording.name, &names)?;
+    if !log.others.is_empty() {
+        let kept = log.recording.columns.iter().map(|c| &c.name);
+        let names: Vec<&str> = kept.chain(&log.others).map(String::as_str).collect();
+        wanted.check(&log.recording.name, &names)?;
+    }
     Ok(log)
 }
 

@@ -81,6 +81,33 @@ fn two_topics_of_two_clocks_come_on_one_time() {
     assert_eq!(straight.column("/command.u").unwrap()[..3], [0.0, 1.0, 2.0]);
 }
 
+/// The slower topic makes the rows where it alone is measured; what nobody wants is named by its first message.
+#[test]
+fn rows_are_those_of_what_is_measured() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("run.mcap");
+    write(&path);
+    let source = RecordingSource::file(&path);
+    let input = "/joint_states.position[elbow]".to_owned();
+    let wanted = |measured: &str| {
+        Wanted::only("t", [measured.to_owned()])
+            .needing([input.clone()])
+            .measuring([measured.to_owned()])
+            .holding([input.clone()])
+    };
+    let log = read_log(&source, &wanted("/command.u")).unwrap();
+    let run = &log.recording;
+    assert_eq!((run.len(), run.time[1]), (50, 0.04));
+    let names: Vec<&str> = run.columns.iter().map(|c| &*c.name).collect();
+    assert_eq!(names, ["/command.u", "/joint_states.position[elbow]"]);
+    assert_eq!(run.column(&input).unwrap()[3], -12.0 / 7.0);
+    assert_eq!((log.others.len(), &*log.clocks[0].topic), (3, "/command"));
+    // What no topic has is told with all that there is.
+    let said = read_log(&source, &wanted("/command.x")).unwrap_err().to_string();
+    assert!(said.contains("none of the columns that are measured (/command.x)"), "{said}");
+    assert!(said.contains("/command.u") && said.contains("velocity[elbow]"), "{said}");
+}
+
 #[test]
 fn a_log_that_is_cut_is_told() {
     let folder = TempDir::new().unwrap();

@@ -4,7 +4,7 @@ use super::excitation::{DELAYS, excitation};
 use crate::discrepancy::{Dataset, Observed};
 use crate::plants::Model;
 use crate::plants::model::Measured;
-use crate::recordings::{Recording, Sampling, Unit, UnitError, convert_factor};
+use crate::recordings::{self, Log, Recording, Sampling, Unit, UnitError, convert_factor};
 use crate::table::number;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -26,10 +26,45 @@ pub struct Run {
     pub dropped_rows: usize,
     /// Number of missing values of each column that has any.
     pub missing: BTreeMap<String, usize>,
+    /// Clocks of its topics, that of the rows first; none of a file with one column of times.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub clocks: Vec<Clock>,
+}
+
+/// The clock of a topic of a log.
+#[derive(Serialize)]
+pub struct Clock {
+    pub topic: String,
+    pub samples: usize,
+    /// One over the usual step; none of a single sample.
+    pub rate_hz: Option<f64>,
+    /// Whether times are the messages' stamps, else those at which they were logged.
+    pub stamped: bool,
+    /// What was added to the stamps.
+    pub offset_s: f64,
+    /// Median from stamp to logging.
+    pub delay_s: f64,
+    /// Messages that had the time of another one.
+    pub repeated: usize,
+}
+
+impl From<&recordings::Clock> for Clock {
+    fn from(of: &recordings::Clock) -> Self {
+        Self {
+            topic: of.topic.clone(),
+            samples: of.samples,
+            rate_hz: (of.step > 0.0).then(|| 1.0 / of.step),
+            stamped: of.stamped,
+            offset_s: of.offset,
+            delay_s: of.delay,
+            repeated: of.repeated,
+        }
+    }
 }
 
 impl Run {
-    pub fn of(recording: &Recording) -> Self {
+    pub fn of(log: &Log) -> Self {
+        let recording = &log.recording;
         let sampling = Sampling::of(&recording.time);
         let missing = recording.columns.iter().filter_map(|c| {
             let count = c.values.iter().filter(|v| v.is_nan()).count();
@@ -46,6 +81,7 @@ impl Run {
             gaps: sampling.gaps.len(),
             dropped_rows: sampling.gaps.iter().map(|g| g.missing).sum(),
             missing: missing.collect(),
+            clocks: log.clocks.iter().map(Clock::from).collect(),
         }
     }
 

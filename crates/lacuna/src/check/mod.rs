@@ -8,7 +8,7 @@ mod warnings;
 
 use crate::discrepancy::Dataset;
 use crate::plants::{Hold, Model};
-use crate::recordings::Recording;
+use crate::recordings::{Log, Recording};
 use crate::table::{Table, number};
 use channels::{Channel, Input, Marks, Run};
 use parameters::Parameters;
@@ -35,11 +35,15 @@ impl Report {
     ///
     /// # Errors
     /// What does not fit the model, with the names of the recording and column.
-    pub fn of(model: &Model, recordings: &[Recording]) -> Result<Self, Box<dyn std::error::Error>> {
+    pub fn of(model: &Model, logs: Vec<Log>) -> Result<Self, Box<dyn std::error::Error>> {
+        let runs = logs.iter().map(Run::of).collect();
+        let (recordings, others): (Vec<Recording>, Vec<Vec<String>>) =
+            logs.into_iter().map(|log| (log.recording, log.others)).unzip();
+        let recordings = &recordings[..];
         let dataset = &Dataset::new(model, recordings)?;
         let mut report = Self {
             model: model.name.clone(),
-            recordings: recordings.iter().map(Run::of).collect(),
+            recordings: runs,
             input_hold: match model.hold {
                 Hold::ZeroOrder => "zero-order",
                 Hold::BandLimited => "band-limited",
@@ -53,6 +57,11 @@ impl Report {
             warnings: Vec::new(),
         };
         report.not_used = channels::not_used(model, recordings, &report.channels, &report.inputs);
+        for name in others.into_iter().flatten() {
+            if !report.not_used.contains(&name) {
+                report.not_used.push(name);
+            }
+        }
         report.warnings = warnings::warnings(model, &report);
         Ok(report)
     }
@@ -111,7 +120,46 @@ impl Report {
                 r.missing_text(),
             ]);
         }
-        table.text() + "\n"
+        table.text() + "\n" + &self.clocks_text()
+    }
+
+    /// The clocks of logs of several topics.
+    fn clocks_text(&self) -> String {
+        let with_clocks = || self.recordings.iter().filter(|r| !r.clocks.is_empty());
+        if with_clocks().next().is_none() {
+            return String::new();
+        }
+        let mut table = Table::new(&[
+            "topic",
+            "recording",
+            "samples",
+            "rate Hz",
+            "times",
+            "offset s",
+            "delay s",
+            "same time",
+        ]);
+        for (run, clock) in with_clocks().flat_map(|r| r.clocks.iter().map(move |c| (r, c))) {
+            table.row(vec![
+                clock.topic.clone(),
+                run.name.clone(),
+                clock.samples.to_string(),
+                clock.rate_hz.map_or_else(|| "one sample".to_owned(), number),
+                if clock.stamped { "stamps of the messages" } else { "when logged" }.to_owned(),
+                number(clock.offset_s),
+                number(clock.delay_s),
+                clock.repeated.to_string(),
+            ]);
+        }
+        let rows = |r: &Run| r.clocks.first().map(|c| format!("{} in {}", c.topic, r.name));
+        let rows: Vec<String> = with_clocks().filter_map(rows).collect();
+        table.text()
+            + &format!(
+                "  Rows are the samples of {}; other topics are brought onto their times. Offset: what was\n  \
+                 added to stamps of another clock; delay: from stamp to logging (median); same time: messages\n  \
+                 that a later one of the same time replaces.\n\n",
+                rows.join(", ")
+            )
     }
 
     fn channels_text(&self) -> String {

@@ -5,6 +5,7 @@ use super::Outcome;
 use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::check::Report;
+use lacuna::diagnosed::logs;
 use lacuna::models::read_equations;
 use lacuna::recordings::RecordingSource;
 use std::path::PathBuf;
@@ -27,12 +28,7 @@ pub struct Arguments {
 
 pub fn run(a: &Arguments) -> Outcome {
     let model = read_equations(&a.model)?;
-    let recordings = a
-        .recordings
-        .iter()
-        .map(|s| lacuna::recordings::read(s, &model.time_column))
-        .collect::<Result<Vec<_>, _>>()?;
-    let report = Report::of(&model, &recordings)?;
+    let report = Report::of(&model, logs(&model, &a.recordings)?)?;
     if a.json {
         sayln!("{}", serde_json::to_string_pretty(&report)?)?;
     } else {
