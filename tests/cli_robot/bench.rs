@@ -37,13 +37,23 @@ const MJCF: &str = r#"<mujoco model="arm">
 "#;
 pub const FRICTION: &str = "class = \"coulomb_friction\"\nchannel = \"elbow\"\nmagnitude = 0.35\nsmoothing_velocity = 0.01\n";
 
-pub struct Bench(tempfile::TempDir);
+pub struct Bench {
+    folder: tempfile::TempDir,
+    /// Standard deviation of what is recorded of the torques, N m.
+    torque_noise: f64,
+}
 
 impl Bench {
     /// The arm with an effect, if there is any.
     pub fn new(effect: &str) -> Self {
-        let bench = Self(tempfile::tempdir().expect("a folder"));
-        std::fs::write(bench.path("arm.urdf"), ARM).expect("a file");
+        Self::of(ARM, effect, 0.0)
+    }
+
+    /// An arm with an effect, whose torques are recorded with noise.
+    pub fn of(arm: &str, effect: &str, torque_noise: f64) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let bench = Self { folder, torque_noise };
+        std::fs::write(bench.path("arm.urdf"), arm).expect("a file");
         std::fs::write(bench.path("arm.xml"), MJCF).expect("a file");
         let effect = if effect.is_empty() { "" } else { &format!("[[effect]]\n{effect}") };
         let truth = format!("name = \"truth\"\n[robot]\nfile = \"arm.urdf\"\n{effect}");
@@ -52,7 +62,7 @@ impl Bench {
     }
 
     pub fn path(&self, file: &str) -> PathBuf {
-        self.0.path().join(file)
+        self.folder.path().join(file)
     }
 
     /// What encoders and motors would record of the arm with its friction.
@@ -66,7 +76,7 @@ impl Bench {
         };
         let times: Vec<f64> = (0..600).map(|k| 0.01 * f64::from(k)).collect();
         let drive = SumOfSinusoids::random(&mut rng, 2, 4, &ranges).expect("ranges");
-        let torques = drive.sample(&times);
+        let mut torques = drive.sample(&times);
         let input = SampledInput { times: &times, values: &torques, hold: truth.hold };
         let system = System::new(&truth);
         let motion = rk4(&system, &system.at_rest(&[0.1, -0.2, 0.0, 0.0]), &input, &times, 5e-4)
@@ -76,6 +86,9 @@ impl Bench {
             let mut angles: Vec<f64> = (0..times.len()).map(|k| motion.state(k)[joint]).collect();
             add_gaussian_noise(&mut angles, 5e-4, &mut rng).expect("a deviation");
             columns.push(angles);
+        }
+        if self.torque_noise > 0.0 {
+            add_gaussian_noise(&mut torques, self.torque_noise, &mut rng).expect("a deviation");
         }
         let mut text = String::from("t,shoulder,elbow,shoulder_torque,elbow_torque\n");
         for (k, t) in times.iter().enumerate() {
@@ -89,7 +102,7 @@ impl Bench {
 
     pub fn run(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));
-        command.args(arguments).current_dir(self.0.path()).output().expect("it runs")
+        command.args(arguments).current_dir(self.folder.path()).output().expect("it runs")
     }
 
     /// What `diagnose` writes of three recordings, with a fourth held out.

@@ -18,6 +18,10 @@ const MANY: &str = "class = \"coulomb_friction\"\nchannel = \"shoulder\"\nmagnit
     magnitude = 0.3\nsmoothing_velocity = 0.02\n[[effect]]\nclass = \"viscous_friction\"\n\
     channel = \"shoulder\"\ncoefficient = 0.7\n[[effect]]\nclass = \"added_inertia\"\n\
     channel = \"elbow\"\ninertia = 0.03\n";
+/// What a light joint's torque goes into.
+const LIGHT: &str = "class = \"coulomb_friction\"\nchannel = \"elbow\"\nmagnitude = 0.25\n\
+    smoothing_velocity = 0.05\n[[effect]]\nclass = \"viscous_friction\"\nchannel = \"elbow\"\n\
+    coefficient = 0.25\n";
 /// The one finding of a diagnosis.
 fn finding(diagnosis: &Value) -> &Value {
     assert_eq!(diagnosis["verdict"], "missing_physics", "{diagnosis}");
@@ -126,6 +130,35 @@ fn what_all_joints_lack_is_named_together() {
     }
     assert_eq!(named.len(), all.len(), "{diagnosis}");
     bench.assert_predicts(5.0);
+}
+
+/// Of a joint that its file says needs hardly a torque, a law that silences the actuator would leave as little as
+/// its friction does.
+#[test]
+fn a_light_joint_with_friction_has_no_wrong_actuator() {
+    let light = ARM.replace("mass value=\"0.8\"", "mass value=\"0.02\"").replace(
+        "ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.001\"",
+        "ixx=\"2e-4\" ixy=\"0\" ixz=\"0\" iyy=\"2e-4\" iyz=\"0\" izz=\"2e-4\"",
+    );
+    let light = light.replace("damping=\"0.3\"", "damping=\"0.0\"");
+    let bench = Bench::of(&light, LIGHT, 0.03);
+    let diagnosis = bench.diagnosed();
+    let all = diagnosis["findings"].as_array().expect("a list");
+    let on_elbow = |f: &&Value| f["channel"].as_str().is_some_and(|c| c.starts_with("elbow"));
+    let elbow: Vec<&Value> = all.iter().filter(on_elbow).collect();
+    assert!(!elbow.is_empty(), "{diagnosis}");
+    for found in &elbow {
+        assert_eq!(found["channel"], "elbow", "{found}");
+    }
+    // The two trade places about standstill; what they are together at a speed is told.
+    let of = |class: &str, name: &str| {
+        let found = elbow.iter().find(|f| f["class"] == class);
+        parameter(found.unwrap_or_else(|| panic!("{class}: {diagnosis}")), name).0
+    };
+    let at_speed =
+        of("coulomb_friction", "magnitude") + 1.5 * of("viscous_friction", "coefficient");
+    assert!((at_speed - 0.625).abs() < 0.06, "{at_speed}");
+    std::mem::forget(bench);
 }
 
 /// What is recorded under other names is found, what is not recorded is held still, and nothing is written over.

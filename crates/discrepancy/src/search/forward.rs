@@ -437,7 +437,7 @@ fn acts_on(model: &Model, e: &ModelEffect, channel: usize) -> bool {
 /// variables, or by some of them.
 pub(super) fn says_alike(e: &ModelEffect, c: &Candidate) -> bool {
     let variables = e.effect.variables(&e.parameters);
-    e.channel == c.channel && c.says_only(&variables)
+    e.channel == c.channel && c.says_only(variables)
 }
 
 /// Whether an unknown function covers all that a candidate could say: a law of the same single
