@@ -13,10 +13,10 @@ fn from_mujoco(python: &str, file: &Path, seed: u64) -> f64 {
     let text = std::fs::read_to_string(file).expect("a file");
     let robot = mjcf::read(&text).unwrap_or_else(|e| panic!("{}: {e}\n{text}", file.display()));
     let tree = robot.tree(&[]).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
-    let n = tree.bodies.len();
+    let n = tree.coordinates();
     difference((python, "mujoco_dynamics.py"), (file, &tree), seed, |state| {
         let (mut mass, bias) = mass_and_bias(&tree, state, robot.gravity.expect("MJCF says it"));
-        let joints = tree.bodies.iter().map(|b| &b.joint);
+        let joints = tree.joints();
         joints.clone().enumerate().for_each(|(i, joint)| mass[i * n + i] += joint.armature);
         let passive = joints.zip(state).zip(&state[n..]).map(|((joint, q), v)| {
             -joint.stiffness * (q - joint.spring_reference) - joint.damping * v

@@ -4,6 +4,7 @@ mod support;
 
 use lacuna_rigid::{GRAVITY, urdf};
 use std::path::Path;
+use support::every_joint::drawn_every_joint;
 use support::oracle::{difference, published, python};
 use support::{drawn_urdf, mass_and_bias};
 
@@ -38,5 +39,18 @@ fn published_robots_move_as_pinocchio_says() {
     for file in files.into_iter().filter(|f| f.is_file()) {
         let worst = from_pinocchio(&python, &file, 11);
         assert!(worst < 1e-10, "{}: {worst:e}", file.display());
+    }
+}
+
+/// Every type of joint, joints that follow others among them, in trees of up to 30 joints.
+#[test]
+fn drawn_trees_of_every_joint_move_as_pinocchio_says() {
+    let Some(python) = python("pinocchio", "pin") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    for (joints, seed) in [(5, 1), (8, 2), (12, 3), (20, 4), (30, 5), (30, 6)] {
+        let file = folder.path().join("robot.urdf");
+        std::fs::write(&file, drawn_every_joint(joints, seed)).expect("a file");
+        let worst = from_pinocchio(&python, &file, seed);
+        assert!(worst < 1e-10, "{joints} joints, seed {seed}: {worst:e}");
     }
 }

@@ -75,8 +75,8 @@ impl Reader<'_> {
         let mut model = Model {
             name: raw.name.clone(),
             parameters,
-            inputs: tree.bodies.iter().map(|b| RecordedInput::of_joint(&b.joint)).collect(),
-            coordinates: tree.bodies.iter().map(|b| Coordinate::of_joint(&b.joint)).collect(),
+            inputs: tree.joints().map(RecordedInput::of_joint).collect(),
+            coordinates: tree.joints().map(Coordinate::of_joint).collect(),
             states: vec![],
             effects: vec![],
             measurements: vec![],
@@ -177,13 +177,13 @@ impl Reader<'_> {
                 Some(begin) => name.starts_with(begin),
                 None => name == pattern,
             };
-            let names: Vec<_> = robot.joints.iter().map(|j| &j.name).filter(|n| meant(n)).collect();
+            let names: Vec<_> = robot.holdable().into_iter().filter(|n| meant(n)).collect();
             if names.is_empty() {
                 let known = robot.movable().join(", ");
                 let message = format!("'{pattern}' is none of the robot's joints: {known}");
                 return Err(self.error(entry.span(), message));
             }
-            held.extend(names.into_iter().map(|name| (name.clone(), at)));
+            held.extend(names.into_iter().map(|name| (name, at)));
         }
         Ok(held)
     }
@@ -311,7 +311,7 @@ impl Reader<'_> {
             return Ok(());
         }
         let moved = tree.moved().into_iter().position(|moved| moved.is_nan() || moved <= 0.0);
-        let Some(body) = moved.map(|i| &tree.bodies[i]) else {
+        let Some(body) = moved.map(|i| &tree.bodies[tree.leading[i]]) else {
             let message = "the mass matrix is singular where all joints are at 0".to_owned();
             return Err(self.error(table.span(), message));
         };
@@ -330,21 +330,22 @@ impl Reader<'_> {
 /// are chosen to match what they move.
 fn assume_rotors(model: &mut Model, tree: &Tree) {
     let moved = tree.moved();
-    for (i, body) in tree.bodies.iter().enumerate() {
-        let kind = body.joint.kind;
-        let alike = |&p: &usize| tree.bodies[p].joint.kind == kind && moved[p] > 0.0;
+    let of = |body: usize| moved[tree.bodies[body].joint.coordinate];
+    for &i in &tree.leading {
+        let (body, kind) = (&tree.bodies[i], tree.bodies[i].joint.kind);
+        let alike = |&p: &usize| tree.bodies[p].joint.kind == kind && of(p) > 0.0;
         let before = tree.path(i).skip(1).find(alike);
-        let (0.0, true, Some(before)) = (moved[i], body.inertia.mass > 0.0, before) else {
+        let (0.0, true, Some(before)) = (of(i), body.inertia.mass > 0.0, before) else {
             continue;
         };
         let name = format!("{}.armature", body.joint.name);
         let mut rotors = model.parameters.iter_mut();
         let Some(rotor) = rotors.find(|p| p.name == name && p.value == 0.0) else { continue };
-        (rotor.value, rotor.uncertainty) = (moved[before], Uncertainty::Absolute(moved[before]));
+        (rotor.value, rotor.uncertainty) = (of(before), Uncertainty::Absolute(of(before)));
         model.assumptions.push(format!(
             "By its file link '{}' has no inertia about joint '{}': {name} is estimated instead, beginning with \
              what joint '{}' moves, {:.2e} {} and as unsure as that.",
-            body.name, body.joint.name, tree.bodies[before].joint.name, moved[before], rotor.unit
+            body.name, body.joint.name, tree.bodies[before].joint.name, of(before), rotor.unit
         ));
     }
 }
