@@ -354,16 +354,16 @@ impl<T: Number> pulp::WithSimd for Derive<'_, T> {
         if robot.gravity.iter().any(|g| g.moves()) {
             dynamics.hold_up(&room.motion, robot.gravity, forces);
         }
-        for i in 0..n {
-            let row = i * n..(i + 1) * n;
-            let mut taken = forces[i];
-            for (q, slope) in at.coordinates.iter().zip(&room.by_coordinates[row.clone()]) {
+        let (by_q, by_v) = (room.by_coordinates.chunks(n), room.by_velocities.chunks(n));
+        for ((force, input), (by_q, by_v)) in forces.iter_mut().zip(at.inputs).zip(by_q.zip(by_v)) {
+            let mut taken = *force;
+            for (q, slope) in at.coordinates.iter().zip(by_q) {
                 taken = taken + *q * *slope;
             }
-            for (v, slope) in at.velocities.iter().zip(&room.by_velocities[row]) {
+            for (v, slope) in at.velocities.iter().zip(by_v) {
                 taken = taken + *v * *slope;
             }
-            forces[i] = at.inputs[i] - taken;
+            *force = *input - taken;
         }
         for (body, motor) in robot.tree.bodies.iter().zip(&robot.joints) {
             let (joint, c) = (&body.joint, body.joint.coordinate);
