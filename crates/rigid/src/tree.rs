@@ -33,6 +33,8 @@ pub struct Joint {
     pub stiffness: f64,
     /// Where that spring is at rest.
     pub spring_reference: f64,
+    /// The line where the file says so.
+    pub line: u32,
 }
 
 impl Joint {

@@ -7,7 +7,8 @@ use super::joints;
 use super::settings::{EXPAND, Settings};
 use crate::Inertia;
 use crate::algebra::Pose;
-use crate::robot::{Ends, Link, RobotError, RobotJoint};
+use crate::joints::Several;
+use crate::robot::{Ends, Link, Moves, RobotError, RobotJoint};
 use crate::xml::Element;
 
 /// Links and joints: the first link is the world.
@@ -147,7 +148,16 @@ impl<'s, 'a> Bodies<'s, 'a> {
                 self.links.push(link.clone());
             }
             let ends = Ends { parent, child: self.links.len() - 1, pose };
-            self.joints.push(joints::read(&part, (name, content.frame), ends, self.settings)?);
+            let joint = joints::read(&part, (name, content.frame), ends, self.settings)?;
+            let free = joint.moves == Moves::Several(Several::Floating);
+            if free && (parent, joints.len()) != (0, 1) {
+                let message = format!(
+                    "{} is free: it moves a body of the world, and is all that moves that",
+                    part.own.called()
+                );
+                return Err(part.own.error(message));
+            }
+            self.joints.push(joint);
             self.references.push(joints::reference(&part, self.settings)?);
             (parent, pose) = (self.links.len() - 1, Pose::SAME);
         }

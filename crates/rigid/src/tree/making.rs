@@ -194,7 +194,8 @@ impl Growing<'_> {
             Some(b) => self.bodies[b].link_pose.then(&place),
             None => place,
         };
-        let RobotJoint { damping, friction, armature, stiffness, spring_reference, .. } = *joint;
+        let RobotJoint { damping, friction, armature, stiffness, spring_reference, line, .. } =
+            *joint;
         let aligned = Pose { rotation: from_z(axis), translation: joint.anchor };
         let joint = Joint {
             name: name.to_owned(),
@@ -209,6 +210,7 @@ impl Growing<'_> {
             armature,
             stiffness,
             spring_reference,
+            line,
         };
         self.bodies.push(Making {
             leader,

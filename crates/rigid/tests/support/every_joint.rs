@@ -3,7 +3,6 @@
 use super::{drawn_link, spaced};
 use lacuna_excitation::rng;
 use rand::{Rng, RngExt};
-use std::fmt::Write;
 
 /// A tree of so many joints that move, of every type and among them some that follow others; fixed ones stand
 /// between, and links hang from any that is there. A planar joint's normal is z, the only one that Pinocchio knows.
@@ -26,20 +25,43 @@ pub fn drawn_every_joint(joints: usize, seed: u64) -> String {
         if matches!(kind, "revolute" | "continuous" | "prismatic") {
             of_one.push(k);
         }
-        writeln!(
-            text,
-            "{}<joint name=\"j{k}\" type=\"{kind}\"><parent link=\"l{parent}\"/><child link=\"l{}\"/>\
-             <origin xyz=\"{}\" rpy=\"{}\"/><axis xyz=\"{axis}\"/>{mimic}\
-             <limit lower=\"-9\" upper=\"9\" effort=\"9\" velocity=\"9\"/></joint>",
-            drawn_link(k + 1, &mut rng),
-            k + 1,
-            spaced(&three(&mut rng)),
-            spaced(&three(&mut rng)),
-        )
-        .expect("text");
+        text += &joint((k, kind), parent, (&axis, &mimic), &mut rng);
         k += 1;
     }
     text + "</robot>\n"
+}
+
+/// A tree of so many joints that turn or slide, every third of which follows the one that it hangs from; the others
+/// hang from one of the two before.
+pub fn drawn_followers(joints: usize, seed: u64) -> String {
+    let mut rng = rng(seed, 4);
+    let mut text = format!("<robot name=\"drawn\">\n{}\n", drawn_link(0, &mut rng));
+    for k in 0..joints {
+        let kind = ["revolute", "prismatic"][rng.random_range(0..2)];
+        let (axis, follows) = (spaced(&three(&mut rng)), k % 3 == 1);
+        let parent = if follows || k == 0 { k } else { k - rng.random_range(0..2) };
+        let mimic = if follows { mimic(&[k - 1], &mut rng) } else { String::new() };
+        text += &joint((k, kind), parent, (&axis, &mimic), &mut rng);
+    }
+    text + "</robot>\n"
+}
+
+/// A joint and the link that it carries.
+fn joint(
+    (k, kind): (usize, &str),
+    parent: usize,
+    (axis, mimic): (&str, &str),
+    rng: &mut impl Rng,
+) -> String {
+    format!(
+        "{}<joint name=\"j{k}\" type=\"{kind}\"><parent link=\"l{parent}\"/><child link=\"l{}\"/>\
+         <origin xyz=\"{}\" rpy=\"{}\"/><axis xyz=\"{axis}\"/>{mimic}\
+         <limit lower=\"-9\" upper=\"9\" effort=\"9\" velocity=\"9\"/></joint>\n",
+        drawn_link(k + 1, rng),
+        k + 1,
+        spaced(&three(rng)),
+        spaced(&three(rng)),
+    )
 }
 
 fn mimic(leaders: &[usize], rng: &mut impl Rng) -> String {
