@@ -27,7 +27,9 @@ def forces(*state):
 
 
 def energy(q, v):
-    return pin.computeKineticEnergy(model, data, q, v)
+    """That of the bodies in motion: `computeKineticEnergy` knows of no joint that follows."""
+    pin.forwardKinematics(model, data, q, v)
+    return sum(body.vtiv(moves) for body, moves in zip(model.inertias, data.v)) / 2
 
 
 for line in sys.stdin:
