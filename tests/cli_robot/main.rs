@@ -3,6 +3,7 @@
 //! same model.
 
 mod bench;
+mod refused;
 mod written;
 
 use bench::{ARM, Bench, FRICTION};

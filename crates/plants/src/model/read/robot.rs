@@ -103,7 +103,7 @@ impl Reader<'_> {
             let effect = self.effect(e, &model)?;
             model.effects.push(effect);
         }
-        self.check_weight(&model, &tree, table)?;
+        check_weight(&model, &tree)?;
         Ok(model)
     }
 
@@ -143,11 +143,7 @@ impl Reader<'_> {
                 self.error(raw.file.span(), message)
             })?,
         };
-        let in_file = |e: RobotError| ModelError {
-            file: file.display().to_string(),
-            place: e.line.map(|line| Place::of_line(&text, line as usize)),
-            message: e.message,
-        };
+        let in_file = |e: RobotError| in_robot_file((&file, &text), e);
         let robot = lacuna_rigid::read(&text).map_err(in_file)?;
         let held = self.held(&raw.locked, &robot)?;
         let tree = robot.tree(&held).map_err(in_file)?;
@@ -299,30 +295,36 @@ impl Reader<'_> {
             text: text.clone(),
         })
     }
+}
 
-    /// What moves must have inertia.
-    fn check_weight(
-        &self,
-        model: &Model,
-        tree: &Tree,
-        table: &Spanned<RawRobot>,
-    ) -> Result<(), ModelError> {
-        if !model.is_singular_at_rest() {
-            return Ok(());
-        }
-        let moved = tree.moved().into_iter().position(|moved| moved.is_nan() || moved <= 0.0);
-        let Some(body) = moved.map(|i| &tree.bodies[tree.leading[i]]) else {
-            let message = "the mass matrix is singular where all joints are at 0".to_owned();
-            return Err(self.error(table.span(), message));
-        };
-        let (link, joint) = (&body.name, &body.joint.name);
-        let message = format!(
-            "joint '{joint}' moves what has no inertia: link '{link}' and all that hangs from it. Say how \
-             large its rotor's inertia may be, \"{joint}.armature\" = {{ value = ..., std = ... }} in \
-             [parameters], or hold it still, locked = [\"{joint}\"] in [robot]"
-        );
-        Err(self.error(table.span(), message))
+/// What is wrong with a robot's own file, as that of a model.
+fn in_robot_file((file, text): (&Path, &str), e: RobotError) -> ModelError {
+    ModelError {
+        file: file.display().to_string(),
+        place: e.line.map(|line| Place::of_line(text, line as usize)),
+        message: e.message,
     }
+}
+
+/// What moves must have inertia.
+fn check_weight(model: &Model, tree: &Tree) -> Result<(), ModelError> {
+    let Some(own) = model.robot_file().filter(|_| model.is_singular_at_rest()) else {
+        return Ok(());
+    };
+    let error =
+        |line, message| Err(in_robot_file((&own.path, &own.text), RobotError { line, message }));
+    let moved = tree.moved().into_iter().position(|moved| moved.is_nan() || moved <= 0.0);
+    let Some(body) = moved.map(|i| &tree.bodies[tree.leading[i]]) else {
+        let message = "the mass matrix is singular where all joints are at 0".to_owned();
+        return error(None, message);
+    };
+    let (link, joint) = (&body.name, &body.joint.name);
+    let message = format!(
+        "joint '{joint}' moves what has no inertia: link '{link}' and all that hangs from it. Say how \
+         large its rotor's inertia may be, \"{joint}.armature\" = {{ value = ..., std = ... }} in \
+         [parameters] of a model file, or hold it still, locked = [\"{joint}\"] in [robot] there"
+    );
+    error(Some(body.joint.line), message)
 }
 
 /// Files round small inertia to 0. Where a link has mass, but none of its inertia is about its joint, that of
