@@ -30,7 +30,7 @@ fn assert_refused(file: &str, text: &str, cases: &[Wrong]) {
             }
         }
     }
-    assert!(!bench.path("found").exists());
+    assert!(!bench.path("lacuna-diagnosis").exists());
 }
 
 const LIMIT: &str = "<limit lower=\"-1\" upper=\"1\" effort=\"9\" velocity=\"9\"/>";
@@ -60,12 +60,7 @@ fn wrong_urdfs_are_refused_with_the_element_and_its_line() {
         (axis, "<axis xyz=\"0 1\"/>", 10, &["'xyz'", "'elbow'", "3 numbers"]),
         (axis, "<mimic joint=\"elbow\"/>", 10, &["'elbow'", "follows itself"]),
         (axis, "<mimic joint=\"wrist\"/>", 10, &["'elbow'", "'wrist'"]),
-        (
-            "link=\"upper\"/>\n    <origin",
-            "link=\"hand\"/>\n    <origin",
-            9,
-            &["'elbow'", "'hand'"],
-        ),
+        ("<parent link=\"upper\"/>", "<parent link=\"hand\"/>", 9, &["'elbow'", "'hand'"]),
         ("<child link=\"lower\"/>", "", 9, &["'elbow'", "<child>"]),
         ("name=\"lower\"", "name=\"upper\"", 5, &["'upper'", "twice", "line 3"]),
         ("<robot name=\"arm\">", "<robot name=\"arm\"><link>", 11, &["XML", "link"]),
