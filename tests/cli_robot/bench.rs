@@ -20,7 +20,7 @@ pub const ARM: &str = r#"<robot name="arm">
 </robot>
 "#;
 /// The same arm.
-const MJCF: &str = r#"<mujoco model="arm">
+pub const MJCF: &str = r#"<mujoco model="arm">
   <default><joint type="hinge" axis="0 1 0" damping="0.3"/></default>
   <worldbody>
     <body name="upper">

@@ -3,6 +3,7 @@
 //! same model.
 
 mod bench;
+mod refused;
 mod written;
 
 use bench::{ARM, Bench, FRICTION};
@@ -188,19 +189,4 @@ fn a_model_file_is_begun_from_a_robot_and_a_recording() {
     let said = String::from_utf8_lossy(&none.stderr).into_owned();
     assert!(said.contains("shoulder, elbow") && said.contains("a, b"), "{said}");
     assert!(!bench.path("none.toml").exists());
-}
-
-#[test]
-fn a_robot_that_cannot_be_read_is_told_with_its_line() {
-    let bench = Bench::new("");
-    std::fs::write(bench.path("bad.urdf"), ARM.replace("value=\"0.8\"", "value=\"-0.8\"")).unwrap();
-    let run = bench.record(0);
-    let output = bench.run(&["diagnose", "bad.urdf", &run]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success());
-    assert!(
-        said.contains("bad.urdf:5") && said.contains("lower") && said.contains("-0.8"),
-        "{said}"
-    );
-    assert!(!bench.path("lacuna-diagnosis").exists());
 }

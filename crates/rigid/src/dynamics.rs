@@ -12,9 +12,12 @@
 //! (the terms with z in w for a joint that turns, those in brackets for one that slides), and inwards
 //! f_p += R f_i, n_p += R n_i + p x R f_i; tau_i is the share of n_i or of f_i along z. Gravity is an
 //! acceleration of the root.
+//!
+//! Where joints follow others, q_b = G q + g being where all of them are, these are the forces and the mass matrix
+//! of q_b; those of q are G^T tau_b and G^T M_b G.
 
 use crate::algebra::{Matrix, Vector, add, cross, cross_z, scaled, times, transposed_times};
-use crate::{Inertia, Joint, JointKind, Tree};
+use crate::{Inertia, JointKind, Tree};
 use lacuna_numbers::Number;
 
 /// A tree whose bodies have inertia in some number.
@@ -69,8 +72,9 @@ impl<'a, T: Number> Dynamics<'a, T> {
     /// Set the poses of all bodies in their parents: to be called before the others.
     #[inline(always)]
     pub fn place(&self, room: &mut Room<T>, q: &[T]) {
-        for (i, (body, &q)) in self.tree.bodies.iter().zip(q).enumerate() {
-            (room.rotation[i], room.place[i]) = body.joint.frame(q);
+        for (i, body) in self.tree.bodies.iter().enumerate() {
+            let joint = &body.joint;
+            (room.rotation[i], room.place[i]) = joint.kind.frame(&joint.pose, joint.at(q));
         }
     }
 
@@ -89,14 +93,15 @@ impl<'a, T: Number> Dynamics<'a, T> {
             let mut w = transposed_times(r, w);
             let mut rate = transposed_times(r, rate);
             let mut linear = transposed_times(r, carried);
-            let [x, y] = cross_z(w, v[i]);
+            let (v, a) = (body.joint.rate(v), body.joint.rate(a));
+            let [x, y] = cross_z(w, v);
             match body.joint.kind {
                 JointKind::Revolute => {
-                    w[2] = w[2] + v[i];
-                    rate = [rate[0] + x, rate[1] + y, rate[2] + a[i]];
+                    w[2] = w[2] + v;
+                    rate = [rate[0] + x, rate[1] + y, rate[2] + a];
                 }
                 JointKind::Prismatic => {
-                    linear = [linear[0] + x * 2.0, linear[1] + y * 2.0, linear[2] + a[i]];
+                    linear = [linear[0] + x * 2.0, linear[1] + y * 2.0, linear[2] + a];
                 }
             }
             let body = &self.inertia[i];
@@ -107,9 +112,11 @@ impl<'a, T: Number> Dynamics<'a, T> {
             room.torque[i] = add(torque, cross(mc, linear));
             (room.angular[i], room.angular_rate[i], room.linear[i]) = (w, rate, linear);
         }
+        tau.fill(zero);
         for (i, body) in self.tree.bodies.iter().enumerate().rev() {
-            let (force, torque) = (room.force[i], room.torque[i]);
-            tau[i] = body.joint.kind.share(force, torque);
+            let (force, torque, joint) = (room.force[i], room.torque[i], &body.joint);
+            let share = joint.felt(joint.kind.share(force, torque));
+            tau[joint.coordinate] = tau[joint.coordinate] + share;
             if let Some(p) = body.parent {
                 let (force, torque) = carried(&room.rotation[i], room.place[i], force, torque);
                 room.force[p] = add(room.force[p], force);
@@ -121,7 +128,7 @@ impl<'a, T: Number> Dynamics<'a, T> {
     /// The mass matrix (row-major, `n x n`) at the poses of [`Dynamics::place`].
     #[inline(always)]
     pub fn mass_matrix(&self, room: &mut Room<T>, mass: &mut [T]) {
-        let (n, zero) = (self.tree.bodies.len(), T::constant(0.0));
+        let (n, zero) = (self.tree.coordinates(), T::constant(0.0));
         mass.fill(zero);
         room.composite.copy_from_slice(self.inertia);
         for (i, body) in self.tree.bodies.iter().enumerate().rev() {
@@ -137,45 +144,17 @@ impl<'a, T: Number> Dynamics<'a, T> {
             };
             let mut at = i;
             loop {
-                let entry = self.tree.bodies[at].joint.kind.share(force, torque);
-                mass[i * n + at] = entry;
-                mass[at * n + i] = entry;
+                let other = &self.tree.bodies[at].joint;
+                let entry = other.felt(body.joint.felt(other.kind.share(force, torque)));
+                let (row, column) = (body.joint.coordinate, other.coordinate);
+                mass[row * n + column] = mass[row * n + column] + entry;
+                if at != i {
+                    mass[column * n + row] = mass[column * n + row] + entry;
+                }
                 let Some(parent) = self.tree.bodies[at].parent else { break };
                 (force, torque) = carried(&room.rotation[at], room.place[at], force, torque);
                 at = parent;
             }
-        }
-    }
-}
-
-impl Joint {
-    /// Axes, as columns, and origin of its frame in the parent's joint's, at a coordinate.
-    #[inline(always)]
-    pub(crate) fn frame<T: Number>(&self, q: T) -> (Matrix<T>, Vector<T>) {
-        let (fixed, place) = (&self.pose.rotation, self.pose.translation);
-        match self.kind {
-            JointKind::Revolute => {
-                let (sine, cosine) = q.sin_cos();
-                let turned = fixed.map(|[x, y, z]| {
-                    [cosine * x + sine * y, cosine * y + sine * -x, T::constant(z)]
-                });
-                (turned, place.map(T::constant))
-            }
-            JointKind::Prismatic => {
-                let slid = std::array::from_fn(|k| q * fixed[k][2] + place[k]);
-                (fixed.map(|row| row.map(T::constant)), slid)
-            }
-        }
-    }
-}
-
-impl JointKind {
-    /// The share of a force and its torque that a joint feels along its axis, z.
-    #[inline(always)]
-    fn share<T: Number>(self, force: Vector<T>, torque: Vector<T>) -> T {
-        match self {
-            Self::Revolute => torque[2],
-            Self::Prismatic => force[2],
         }
     }
 }

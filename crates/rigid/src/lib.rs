@@ -8,6 +8,8 @@
 //! | --- | --- |
 //! | body i, its parent p(i) | [`Body`] in [`Tree::bodies`], [`Body::parent`] |
 //! | joint i: axis z_i, turned or slid along by q_i | [`Joint`] |
+//! | a joint of several coordinates: as many joints, links of no mass between | [`Several`], `joints` |
+//! | joint that follows coordinate c: at r q_c + o | [`Mimic`], [`Joint::ratio`], [`Joint::offset`] |
 //! | pose of joint i in its parent's frame at q_i = 0, z_i being its z axis | [`Joint::pose`] |
 //! | mass m, first moment m c, inertia I about the frame's origin | [`Inertia`] |
 //! | mass matrix M | [`Dynamics::mass_matrix`] |
@@ -28,6 +30,7 @@ mod algebra;
 mod dynamics;
 pub mod edit;
 mod inertia;
+mod joints;
 pub mod mjcf;
 mod motion;
 mod robot;
@@ -39,8 +42,9 @@ mod xml;
 pub use algebra::{Matrix, Pose, Vector};
 pub use dynamics::{Dynamics, Room};
 pub use inertia::{Inertia, InertialParameters};
+pub use joints::{JointKind, Mimic, Several};
 pub use motion::Motion;
-pub use robot::{Coupling, Format, JointKind, Link, Moves, Robot, RobotError, RobotJoint};
+pub use robot::{Coupling, Format, Link, Moves, Robot, RobotError, RobotJoint};
 pub use tree::{Body, Joint, Tree};
 
 /// Gravity where nothing else is said, m/s^2, in the frame of the root.

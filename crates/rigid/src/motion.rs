@@ -135,7 +135,7 @@ impl Coriolis {
 #[derive(Clone, Copy, Debug)]
 struct Moving {
     pose: Pose,
-    /// The joint's motion at unit speed s, and what carries it does to it: s', s''.
+    /// The motion of the joint at unit speed of its coordinate s, and what carries it does to it: s', s''.
     axis: Six,
     axis_rate: Six,
     axis_acceleration: Six,
@@ -190,13 +190,19 @@ impl Dynamics<'_, f64> {
         let n = q.len();
         self.follow(motion, (q, v));
         mass.fill(0.0);
-        for i in (0..n).rev() {
+        bias.fill(0.0);
+        for i in (0..self.tree.bodies.len()).rev() {
             let Moving { axis, composite, wrench, .. } = motion.bodies[i];
-            bias[i] = axis.dot(&wrench);
+            let c = self.tree.bodies[i].joint.coordinate;
+            bias[c] += axis.dot(&wrench);
             let momentum = composite.of(&axis);
             for at in self.tree.path(i) {
                 let entry = motion.bodies[at].axis.dot(&momentum);
-                (mass[i * n + at], mass[at * n + i]) = (entry, entry);
+                let other = self.tree.bodies[at].joint.coordinate;
+                mass[c * n + other] += entry;
+                if at != i {
+                    mass[other * n + c] += entry;
+                }
             }
             if let Some(p) = self.tree.bodies[i].parent {
                 let parent = &mut motion.bodies[p];
@@ -211,17 +217,20 @@ impl Dynamics<'_, f64> {
     fn follow(&self, motion: &mut Motion, (q, v): (&[f64], &[f64])) {
         for (i, body) in self.tree.bodies.iter().enumerate() {
             let from = body.parent.map_or(Pose::SAME, |p| motion.bodies[p].pose);
-            let (rotation, translation) = body.joint.frame(q[i]);
+            let joint = &body.joint;
+            let (rotation, translation) = joint.kind.frame(&joint.pose, joint.at(q));
             let pose = from.then(&Pose { rotation, translation });
             let z = [pose.rotation[0][2], pose.rotation[1][2], pose.rotation[2][2]];
             let axis = match body.joint.kind {
                 JointKind::Revolute => Six { turn: z, slide: cross(pose.translation, z) },
                 JointKind::Prismatic => Six { turn: [0.0; 3], slide: z },
             };
+            // The motion at unit speed of the coordinate, which that of a joint that follows may differ from.
+            let axis = if joint.ratio == 1.0 { axis } else { axis.times(joint.ratio) };
             let (velocity, acceleration) = self.carrier(motion, body);
-            let axis_rate = velocity.carries(&axis);
-            let acceleration = acceleration.plus(axis_rate.times(v[i]));
-            let velocity = velocity.plus(axis.times(v[i]));
+            let (axis_rate, v) = (velocity.carries(&axis), v[joint.coordinate]);
+            let acceleration = acceleration.plus(axis_rate.times(v));
+            let velocity = velocity.plus(axis.times(v));
             let inertia = self.inertia[i].seen_from(&pose.rotation, pose.translation);
             let momentum = inertia.of(&velocity);
             let wrench = inertia.of(&acceleration).plus(velocity.carries_wrench(&momentum));
@@ -264,7 +273,8 @@ impl Dynamics<'_, f64> {
         self.accelerate(motion, (v, a));
         by_coordinates.fill(0.0);
         by_velocities.fill(0.0);
-        for i in (0..n).rev() {
+        for i in (0..self.tree.bodies.len()).rev() {
+            let c = self.tree.bodies[i].joint.coordinate;
             let Moving { axis, axis_rate, axis_acceleration, composite, coriolis, wrench, .. } =
                 motion.bodies[i];
             let (row, momentum) = (coriolis.row(&axis), composite.of(&axis));
@@ -273,12 +283,15 @@ impl Dynamics<'_, f64> {
             let faster = coriolis.times(axis.turn).plus(composite.of(&axis_rate).times(2.0));
             for at in self.tree.path(i) {
                 let j = &motion.bodies[at];
-                let (here, there) = (i * n + at, at * n + i);
-                by_coordinates[there] = j.axis.dot(&turned);
-                by_velocities[there] = j.axis.dot(&faster);
-                by_coordinates[here] =
-                    dot(row, j.axis_rate.turn) + momentum.dot(&j.axis_acceleration);
-                by_velocities[here] = dot(row, j.axis.turn) + 2.0 * momentum.dot(&j.axis_rate);
+                let other = self.tree.bodies[at].joint.coordinate;
+                let (here, there) = (c * n + other, other * n + c);
+                by_coordinates[there] += j.axis.dot(&turned);
+                by_velocities[there] += j.axis.dot(&faster);
+                if at != i {
+                    by_coordinates[here] +=
+                        dot(row, j.axis_rate.turn) + momentum.dot(&j.axis_acceleration);
+                    by_velocities[here] += dot(row, j.axis.turn) + 2.0 * momentum.dot(&j.axis_rate);
+                }
             }
             if let Some(p) = self.tree.bodies[i].parent {
                 let parent = &mut motion.bodies[p];
@@ -296,8 +309,9 @@ impl Dynamics<'_, f64> {
             let own = &mut motion.bodies[i];
             own.axis_acceleration =
                 acceleration.carries(&own.axis).plus(velocity.carries(&own.axis_rate));
+            let c = body.joint.coordinate;
             own.acceleration =
-                acceleration.plus(own.axis.times(a[i])).plus(own.axis_rate.times(v[i]));
+                acceleration.plus(own.axis.times(a[c])).plus(own.axis_rate.times(v[c]));
             let carried = own.velocity.carries_wrench(&own.momentum);
             own.wrench = own.inertia.of(&own.acceleration).plus(carried);
             own.coriolis = Coriolis::of(&own.inertia, &own.velocity, &own.momentum);
@@ -308,8 +322,9 @@ impl Dynamics<'_, f64> {
     /// [`Dynamics::mass_and_bias`] was last asked: linear in that field.
     #[inline(always)]
     pub fn hold_up<T: Number>(&self, motion: &Motion, gravity: Vector<T>, tau: &mut [T]) {
-        for (tau, Moving { axis, composite, .. }) in tau.iter_mut().zip(&motion.bodies) {
-            *tau = *tau - weighted(gravity, composite.of(axis).slide);
+        for (body, Moving { axis, composite, .. }) in self.tree.bodies.iter().zip(&motion.bodies) {
+            let c = body.joint.coordinate;
+            tau[c] = tau[c] - weighted(gravity, composite.of(axis).slide);
         }
     }
 
@@ -334,7 +349,8 @@ impl Dynamics<'_, f64> {
         let torque = add(turned_by(r, torque), across(p, force));
         for j in self.tree.path(i) {
             let Six { turn, slide } = motion.bodies[j].axis;
-            tau[j] = tau[j] + weighted(torque, turn) + weighted(force, slide);
+            let c = self.tree.bodies[j].joint.coordinate;
+            tau[c] = tau[c] + weighted(torque, turn) + weighted(force, slide);
         }
     }
 }

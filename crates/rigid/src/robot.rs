@@ -1,7 +1,8 @@
 //! A robot as its file describes it.
 
 use crate::Inertia;
-use crate::algebra::{Pose, Vector, add, rotation, scaled, times};
+use crate::algebra::{Pose, Vector};
+use crate::joints::{JointKind, Mimic, Several, check};
 use std::collections::{HashMap, HashSet};
 use thiserror::Error;
 
@@ -96,8 +97,8 @@ pub enum Moves {
     Fixed,
     /// About or along its axis.
     By(JointKind),
-    /// In a way that is not simulated: what it is called.
-    Otherwise(&'static str),
+    /// By several coordinates.
+    Several(Several),
 }
 
 /// A joint of a robot.
@@ -111,9 +112,14 @@ pub struct RobotJoint {
     pub parent: usize,
     /// The link it carries.
     pub child: usize,
-    /// The child's frame in that of the parent where its coordinate is 0.
+    /// The child's frame in that of the parent where its coordinates are 0.
     pub pose: Pose,
-    /// Its axis, a unit vector in the child's frame.
+    /// Where one of several coordinates is held still, unless these are: the child's frame in the one that
+    /// it has where its coordinates are 0.
+    pub rest: Pose,
+    /// What moves it, if it is another joint.
+    pub follows: Option<Mimic>,
+    /// Its axis, a unit vector in the child's frame; of a planar joint, what stands on its plane.
     pub axis: Vector<f64>,
     /// A point of the axis in the child's frame, m.
     pub anchor: Vector<f64>,
@@ -139,15 +145,6 @@ pub(crate) struct Ends {
     pub pose: Pose,
 }
 
-/// How a body moves relative to its parent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum JointKind {
-    /// It turns, rad.
-    Revolute,
-    /// It slides, m.
-    Prismatic,
-}
-
 impl Robot {
     /// The joint of a name.
     #[must_use]
@@ -169,16 +166,28 @@ impl Robot {
         (0..carried.len()).filter(|&link| !carried[link]).collect()
     }
 
-    /// The joints that hang from each link.
-    pub(crate) fn hanging(&self) -> Vec<Vec<&RobotJoint>> {
+    /// The names of what can be held still: joints, and each coordinate of those that have several.
+    #[must_use]
+    pub fn holdable(&self) -> Vec<String> {
+        let of = |j: &RobotJoint| {
+            let coordinates =
+                if let Moves::Several(_) = j.moves { j.coordinates() } else { vec![] };
+            std::iter::once(j.name.clone()).chain(coordinates)
+        };
+        self.joints.iter().flat_map(of).collect()
+    }
+
+    /// The joints that hang from each link, by their numbers.
+    pub(crate) fn hanging(&self) -> Vec<Vec<usize>> {
         let mut hanging = vec![vec![]; self.links.len()];
-        self.joints.iter().for_each(|j| hanging[j.parent].push(j));
+        self.joints.iter().enumerate().for_each(|(k, j)| hanging[j.parent].push(k));
         hanging
     }
 
-    /// The same where all links hang from one, each by one joint.
+    /// The same where all links hang from one, each by one joint, and no joint follows itself.
     pub(crate) fn checked(self) -> Result<Self, RobotError> {
         self.check_carriers()?;
+        check(&self)?;
         let roots = self.roots();
         if let [first, second, ..] = roots[..] {
             let (first, second) = (&self.links[first], &self.links[second]);
@@ -192,14 +201,11 @@ impl Robot {
         Ok(self)
     }
 
-    /// The names of the joints that must be held still: they move in ways that are not simulated, or with others.
+    /// The names of the joints that must be held still: what ties them to others is not simulated.
     pub fn not_simulated(&self) -> impl Iterator<Item = &str> {
         let tied: HashSet<usize> = self.couplings.iter().flat_map(|c| &c.joints).copied().collect();
         let joints = self.joints.iter().enumerate();
-        let held = joints.filter(move |(number, joint)| {
-            matches!(joint.moves, Moves::Otherwise(_)) || tied.contains(number)
-        });
-        held.map(|(_, joint)| &*joint.name)
+        joints.filter(move |(number, _)| tied.contains(number)).map(|(_, joint)| &*joint.name)
     }
 
     /// Joints that are tied to others must be held still.
@@ -209,7 +215,12 @@ impl Robot {
             let joints = joints.iter().map(|&j| &self.joints[j]).filter(|j| !still(j));
             let names: Vec<&str> = joints.map(|j| j.name.as_str()).collect();
             if !names.is_empty() {
-                return Err(not_simulated(what, &names, *line));
+                let these = if names.len() > 1 { "them" } else { "it" };
+                let quoted = names.join("\", \"");
+                let message = format!(
+                    "{what}, which is not simulated: hold {these} still with locked = [\"{quoted}\"]"
+                );
+                return Err(RobotError::at(*line, message));
             }
         }
         Ok(())
@@ -235,7 +246,7 @@ impl Robot {
         let mut reached = vec![false; self.links.len()];
         while let Some(link) = open.pop() {
             reached[link] = true;
-            open.extend(hanging[link].iter().map(|j| j.child));
+            open.extend(hanging[link].iter().map(|&j| self.joints[j].child));
         }
         match self.joints.iter().find(|j| !reached[j.child]) {
             Some(joint) => {
@@ -250,14 +261,6 @@ impl Robot {
     }
 }
 
-/// What is not simulated unless some joints are held still.
-fn not_simulated(what: &str, joints: &[&str], line: u32) -> RobotError {
-    let (these, quoted) = (if joints.len() > 1 { "them" } else { "it" }, joints.join("\", \""));
-    let message =
-        format!("{what}, which is not simulated: hold {these} still with locked = [\"{quoted}\"]");
-    RobotError::at(line, message)
-}
-
 impl RobotJoint {
     /// One of whose axis, friction, rotor and spring nothing is said.
     pub(crate) fn bare((name, line): (String, u32), moves: Moves, ends: Ends) -> Self {
@@ -268,6 +271,8 @@ impl RobotJoint {
             parent,
             child,
             pose,
+            rest: Pose::SAME,
+            follows: None,
             axis: [0.0, 0.0, 1.0],
             anchor: [0.0; 3],
             damping: 0.0,
@@ -279,23 +284,26 @@ impl RobotJoint {
         }
     }
 
-    pub(crate) fn not_simulated(&self, moves: Moves) -> RobotError {
-        let what = if let Moves::Otherwise(what) = moves { what } else { "of no known kind" };
-        not_simulated(&format!("joint '{}' is {what}", self.name), &[&self.name], self.line)
-    }
-
-    /// The child's frame where its coordinate is `at`, in what it is where that is 0.
+    /// The child's frame where its coordinate is `at`, in what it is where that is 0; where it is held, if
+    /// it has several.
     pub(crate) fn moved(&self, at: f64) -> Pose {
         match self.moves {
-            Moves::By(JointKind::Revolute) => {
-                let rotation = rotation(self.axis, at);
-                let swung = times(&rotation, self.anchor);
-                Pose { rotation, translation: add(self.anchor, scaled(swung, -1.0)) }
+            Moves::By(kind) => kind.moved(self.axis, self.anchor, at),
+            Moves::Several(_) => self.rest,
+            Moves::Fixed => Pose::SAME,
+        }
+    }
+
+    /// The names of its coordinates.
+    #[must_use]
+    pub fn coordinates(&self) -> Vec<String> {
+        match self.moves {
+            Moves::Fixed => vec![],
+            Moves::By(_) => vec![self.name.clone()],
+            Moves::Several(several) => {
+                let steps = several.steps(self.axis).into_iter();
+                steps.map(|step| format!("{}_{}", self.name, step.name)).collect()
             }
-            Moves::By(JointKind::Prismatic) => {
-                Pose { translation: self.axis.map(|z| z * at), ..Pose::SAME }
-            }
-            Moves::Fixed | Moves::Otherwise(_) => Pose::SAME,
         }
     }
 }

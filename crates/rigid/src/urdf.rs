@@ -1,5 +1,5 @@
-//! Robots from URDF files: `<link>` with `<inertial>`, `<joint>` with `<origin>`, `<axis>`, `<limit>`
-//! and `<dynamics>`. What is seen and touched (`<visual>`, `<collision>`, meshes) is passed over, and no
+//! Robots from URDF files: `<link>` with `<inertial>`, `<joint>` with `<origin>`, `<axis>`, `<limit>`,
+//! `<mimic>` and `<dynamics>`. What is seen and touched (`<visual>`, `<collision>`, meshes) is passed over, and no
 //! other file is opened.
 //!
 //! The text is read by `roxmltree`, and not by `urdf-rs`: mistakes must be told by their line, and
@@ -9,17 +9,18 @@ mod edit;
 
 pub(crate) use edit::edited;
 
+use crate::Inertia;
 use crate::algebra::{Pose, Vector, unit};
-use crate::robot::{Coupling, Ends, Format, Link, Moves, Robot, RobotError, RobotJoint};
+use crate::joints::{JointKind, Mimic, Several};
+use crate::robot::{Ends, Format, Link, Moves, Robot, RobotError, RobotJoint};
 use crate::xml::{Element, Source, check_diagonal, check_twice, numbers_or, positive_or};
-use crate::{Inertia, JointKind};
 use std::collections::HashMap;
 
 /// Read a robot from the text of a URDF file.
 ///
 /// # Errors
 /// [`RobotError`] with the line: text that is no XML, elements that lack what they must have, masses
-/// below 0, axes of length 0, links that no joint reaches, that two carry or that hang in a circle.
+/// below 0, axes of length 0, joints that follow themselves, links that no joint reaches, that two carry or that hang in a circle.
 pub fn read(text: &str) -> Result<Robot, RobotError> {
     robot(Source::parse(text)?.root().expect("a URDF", "robot")?)
 }
@@ -34,10 +35,14 @@ pub(crate) fn robot(root: Element) -> Result<Robot, RobotError> {
     }
     let places = links.iter().enumerate().map(|(place, l)| (l.name.as_str(), place)).collect();
     let joints = root.children("joint").map(|element| joint(element, &places));
-    let joints = joints.collect::<Result<Vec<_>, _>>()?;
+    let mut joints = joints.collect::<Result<Vec<_>, _>>()?;
     check_twice("joint", joints.iter().map(|j| (&*j.name, j.line)))?;
-    let couplings = root.children("joint").enumerate().filter_map(mimic).collect();
-    let format = Format::Urdf;
+    let places: HashMap<String, usize> =
+        joints.iter().enumerate().map(|(place, j)| (j.name.clone(), place)).collect();
+    for (joint, element) in joints.iter_mut().zip(root.children("joint")) {
+        joint.follows = element.child("mimic").map(|mimic| follows(mimic, &places)).transpose()?;
+    }
+    let (format, couplings) = (Format::Urdf, vec![]);
     Robot { format, name, links, joints, couplings, gravity: None }.checked()
 }
 
@@ -89,12 +94,15 @@ fn joint(element: Element, links: &HashMap<&str, usize>) -> Result<RobotJoint, R
     Ok(RobotJoint { axis: axis(element)?, damping, friction, ..bare })
 }
 
-/// What moves the joint of this number, if it is another joint.
-fn mimic((number, element): (usize, Element)) -> Option<Coupling> {
-    element.child("mimic")?;
-    let name = element.get("name")?;
-    let what = format!("joint '{name}' is moved by another joint (<mimic>)");
-    Some(Coupling { what, joints: vec![number], line: element.line() })
+/// The joint that a `<mimic>` names; `joints`: the place of each, by its name.
+fn follows(element: Element, joints: &HashMap<String, usize>) -> Result<Mimic, RobotError> {
+    let name = element.attribute("joint")?;
+    let leader = joints.get(name).copied().ok_or_else(|| {
+        element.error(format!("{} names joint '{name}', which there is not", element.called()))
+    })?;
+    let [multiplier] = numbers_or(Some(element), "multiplier", [1.0])?;
+    let [offset] = numbers_or(Some(element), "offset", [0.0])?;
+    Ok(Mimic { leader, multiplier, offset, line: element.line() })
 }
 
 /// How a joint moves; one that turns or slides between stops must say where they are, unless another moves it.
@@ -108,8 +116,8 @@ fn moves(element: Element) -> Result<Moves, RobotError> {
         "fixed" => Moves::Fixed,
         "revolute" | "continuous" => Moves::By(JointKind::Revolute),
         "prismatic" => Moves::By(JointKind::Prismatic),
-        "planar" => Moves::Otherwise("planar"),
-        "floating" => Moves::Otherwise("floating"),
+        "planar" => Moves::Several(Several::Planar),
+        "floating" => Moves::Several(Several::Floating),
         other => {
             return Err(element.error(format!(
                 "the type of {} is '{other}', which is none of revolute, continuous, prismatic, fixed, \

@@ -192,8 +192,6 @@ fn what_is_not_simulated_can_be_held() {
     let with = |more: &str| ARM.replace("</worldbody>", &format!("</worldbody>\n{more}"));
     let tendon = "<tendon><fixed name=\"strap\" stiffness=\"4\"><joint joint=\"elbow\" coef=\"1\"/></fixed></tendon>";
     let cases = [
-        (ARM.replace("armature=\"0.5\"", "type=\"ball\""), 16, "a ball joint"),
-        (ARM.replace("armature=\"0.5\"", "type=\"free\""), 16, "free to float"),
         (with("<equality><joint joint1=\"elbow\"/></equality>"), 21, "<equality>"),
         (with("<equality><weld body1=\"upper\" body2=\"lower\"/></equality>"), 21, "<weld>"),
         (with(tendon), 21, "stiffness"),
@@ -205,7 +203,9 @@ fn what_is_not_simulated_can_be_held() {
         assert!(e.message.contains(what) && e.message.contains("locked = [\"elbow\"]"), "{e}");
         assert_eq!(robot.tree(&[("elbow".to_owned(), 0.0)]).expect("a tree").bodies.len(), 1);
     }
-    let both = with("<equality><joint joint1=\"elbow\" joint2=\"shoulder\"/></equality>");
+    let both = with(
+        "<equality><joint joint1=\"elbow\" joint2=\"shoulder\" polycoef=\"0 1 1 0 0\"/></equality>",
+    );
     let e = mjcf::read(&both).expect("a robot").tree(&[]).expect_err("tied");
     assert!(e.message.contains("hold them still with locked = [\"elbow\", \"shoulder\"]"), "{e}");
     let slack = with("<equality><joint active=\"false\" joint1=\"elbow\"/></equality>");
@@ -232,7 +232,7 @@ fn torn_files_do_no_harm() {
         if let Ok(robot) = mjcf::read(&pieces.concat()) {
             read += 1;
             if let Ok(tree) = robot.tree(&[]) {
-                let states = 2 * tree.bodies.len();
+                let states = 2 * tree.coordinates();
                 let (mass, _) = mass_and_bias(&tree, &vec![0.1; states], GRAVITY);
                 assert_eq!(4 * mass.len(), states * states);
             }
@@ -273,4 +273,42 @@ fn classes_without_end_are_refused() {
     let deep = "<default class=\"a\">".repeat(30_000) + &"</default>".repeat(30_000);
     let text = format!("<mujoco><default>{deep}</default><worldbody/></mujoco>");
     assert!(mjcf::read(&text).is_err());
+}
+
+/// An `<equality>` of two joints by a straight line, about where the file places them.
+#[test]
+fn a_joint_follows_another() {
+    let tie = |numbers: &str| {
+        let equality = format!(
+            "</worldbody><equality><joint joint1=\"elbow\" joint2=\"shoulder\" {numbers}/></equality>"
+        );
+        let placed = ARM.replace("armature=\"0.5\"", "armature=\"0.5\" ref=\"90\"");
+        mjcf::read(&placed.replace("</worldbody>", &equality)).expect("a robot")
+    };
+    for (numbers, ratio, offset) in [
+        ("", 1.0, FRAC_PI_2),
+        ("polycoef=\"0.1 -2\"", -2.0, FRAC_PI_2 + 0.1),
+        ("polycoef=\"0 3 0 0 0\"", 3.0, FRAC_PI_2),
+    ] {
+        let tree = tie(numbers).tree(&[]).expect("a tree");
+        assert_eq!(tree.coordinates(), 1);
+        let joint = &tree.bodies[1].joint;
+        assert!(joint.ratio == ratio && (joint.offset - offset).abs() < 1e-15, "{joint:?}");
+        assert_eq!(joint.coordinate, 0);
+    }
+}
+
+/// Its coordinates are those of the world; held, it is where the file places it.
+#[test]
+fn a_free_joint_floats() {
+    let text = r#"<mujoco><worldbody><body name="b" pos="1 2 3"><freejoint name="base"/><geom size="0.1" mass="2"/>
+        <body name="arm"><joint name="j" axis="0 1 0"/><geom size="0.1" mass="1"/></body></body></worldbody></mujoco>"#;
+    let robot = mjcf::read(text).expect("a robot");
+    let tree = robot.tree(&[]).expect("a tree");
+    assert_eq!((tree.coordinates(), &*tree.bodies[5].name), (7, "b"));
+    assert_eq!(tree.bodies[0].joint.pose.translation, [0.0; 3]);
+    let (mass, bias) = mass_and_bias(&tree, &[0.1; 14], GRAVITY);
+    assert!((mass[0] - 3.0).abs() < 1e-14 && (bias[2] - 3.0 * 9.81).abs() < 1e-12);
+    let held = robot.tree(&[("base".to_owned(), 0.0)]).expect("a tree");
+    assert_eq!(held.bodies[0].joint.pose.translation, [1.0, 2.0, 3.0]);
 }

@@ -177,28 +177,69 @@ fn a_held_joint_is_one_that_stands_still() {
 }
 
 #[test]
-fn what_is_not_simulated_can_be_held() {
-    let floating = ARM.replace("type=\"continuous\"", "type=\"floating\"");
-    let robot = urdf::read(&floating).expect("a robot");
-    let e = robot.tree(&[]).expect_err("it floats");
-    assert!(e.message.contains("elbow") && e.message.contains("locked"), "{e}");
-    assert_eq!(robot.tree(&[("elbow".to_owned(), 0.0)]).expect("a tree").bodies.len(), 1);
+fn what_is_held_must_be_there() {
+    let robot = urdf::read(ARM).expect("a robot");
     let e = robot.tree(&[("wrist".to_owned(), 0.0)]).expect_err("no such joint");
     assert!(e.message.contains("shoulder, elbow"), "{e}");
 }
 
-/// A joint that another moves must be held, and stays where it is held.
+/// Mistakes of what joints follow, with their lines.
 #[test]
-fn a_mimic_joint_can_be_held() {
-    let limited =
-        ARM.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 1 0\"/><mimic joint=\"shoulder\"/>");
-    let robot = urdf::read(&limited).expect("a robot");
-    let e = robot.tree(&[]).expect_err("it is tied");
-    assert!(e.message.contains("<mimic>") && e.message.contains("locked = [\"elbow\"]"), "{e}");
-    let about_z = |at: f64| {
-        let tree = robot.tree(&[("elbow".to_owned(), at)]).expect("a tree");
-        tree.bodies[0].inertia.inertia[5]
+fn what_follows_is_told() {
+    let axis = "<axis xyz=\"0 1 0\"/>";
+    let mimic = |joint: &str| format!("<mimic joint=\"{joint}\"/>");
+    let several = ARM.replace("continuous", "floating");
+    for (text, joint, words) in [
+        (ARM, "elbow", "follows itself"),
+        (ARM, "wrist", "which there is not"),
+        (&several, "shoulder", "floating"),
+    ] {
+        let e = urdf::read(&text.replace(axis, &mimic(joint))).expect_err(joint);
+        assert!(e.line == Some(29) && e.message.contains(words), "{e}");
+    }
+}
+
+/// A follower loads its leader: of both joints, turned alike, the inertia is that of all four entries.
+#[test]
+fn a_joint_that_follows_loads_its_leader() {
+    let axis = "<axis xyz=\"0 1 0\"/>";
+    let mimic = format!("{axis}<mimic joint=\"shoulder\" multiplier=\"-2\" offset=\"0.3\"/>");
+    let tied = urdf::read(&ARM.replace(axis, &mimic)).expect("a robot");
+    let free = urdf::read(ARM).expect("a robot").tree(&[]).expect("a tree");
+    let tree = tied.tree(&[]).expect("a tree");
+    assert_eq!((tree.bodies.len(), tree.coordinates(), tree.has_followers()), (2, 1, true));
+    let (q, v) = (0.7, 1.3);
+    let (mass, bias) = mass_and_bias(&tree, &[q, v], GRAVITY);
+    let both = [q, -2.0 * q + 0.3, v, -2.0 * v];
+    let (m, h) = mass_and_bias(&free, &both, GRAVITY);
+    assert!((mass[0] - (m[0] - 2.0 * (m[1] + m[2]) + 4.0 * m[3])).abs() < 1e-14, "{mass:?}");
+    assert!((bias[0] - (h[0] - 2.0 * h[1])).abs() < 1e-13, "{bias:?}");
+    // Held with its leader, it is where that takes it.
+    let held = urdf::read(ARM).expect("a robot");
+    let alone = held.tree(&[("shoulder".to_owned(), 0.7)]).expect("a tree");
+    assert_eq!(alone.coordinates(), 1);
+    let e = tied.tree(&[("shoulder".to_owned(), 0.7)]).expect_err("nothing moves");
+    assert!(e.message.contains("no joint moves"), "{e}");
+}
+
+#[test]
+fn joints_of_several_coordinates_are_chains() {
+    let floating = ARM.replace("type=\"continuous\"", "type=\"floating\"");
+    let robot = urdf::read(&floating).expect("a robot");
+    let names = |held: &[&str]| {
+        let held: Vec<_> = held.iter().map(|name| ((*name).to_owned(), 0.0)).collect();
+        let tree = robot.tree(&held).expect("a tree");
+        tree.joints().map(|j| j.name.clone()).collect::<Vec<_>>().join(" ")
     };
-    assert!((about_z(0.0) - (0.003 + 0.001)).abs() < 1e-15);
-    assert!((about_z(std::f64::consts::FRAC_PI_2) - (0.003 + 0.01)).abs() < 1e-15);
+    let all = "shoulder elbow_x elbow_y elbow_z elbow_yaw elbow_pitch elbow_roll";
+    assert_eq!(names(&[]), all);
+    assert_eq!(names(&["elbow"]), "shoulder");
+    assert_eq!(names(&["elbow_z", "elbow_roll"]), "shoulder elbow_x elbow_y elbow_yaw elbow_pitch");
+    let e = robot.tree(&[("elbow".to_owned(), 0.1)]).expect_err("which of six");
+    assert!(e.line == Some(25) && e.message.contains("elbow_pitch"), "{e}");
+    let rubbing = floating.replace("<origin xyz=\"0 0 0.4\"/>", "<dynamics damping=\"1\"/>");
+    let robot = urdf::read(&rubbing).expect("a robot");
+    let e = robot.tree(&[]).expect_err("along which");
+    assert!(e.line == Some(25) && e.message.contains("damping 1"), "{e}");
+    assert_eq!(robot.tree(&[("elbow".to_owned(), 0.0)]).expect("a tree").coordinates(), 1);
 }

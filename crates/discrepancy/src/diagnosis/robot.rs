@@ -41,7 +41,8 @@ impl Robot {
     pub fn of(model: &Model) -> Option<Self> {
         let (file, tree) = (model.robot_file()?, model.dynamics().tree()?);
         let driven = model.coordinates.iter().zip(&model.inputs);
-        let joints = tree.bodies.iter().zip(driven).map(|(body, (coordinate, input))| Joint {
+        let leading = tree.leading.iter().map(|&body| &tree.bodies[body]);
+        let joints = leading.zip(driven).map(|(body, (coordinate, input))| Joint {
             name: coordinate.name.clone(),
             velocity: coordinate.velocity.clone(),
             input: input.name.clone(),

@@ -14,6 +14,9 @@ use std::fmt::Debug;
 
 /// Dynamics without first-order states whose derivatives are taken so.
 pub trait Implicit<T: Number>: Debug + Send + Sync {
+    /// Room to be asked in: made once, used for every sample of a simulation.
+    fn room(&self) -> ImplicitRoom;
+
     /// Mass matrix and forces as [`super::BoundDynamics::evaluate`] has them, in plain numbers.
     fn values(&self, room: &mut ImplicitRoom, variables: &[f64], rates: &mut [f64]);
 
@@ -38,11 +41,11 @@ pub struct ImplicitRoom {
 }
 
 impl ImplicitRoom {
-    /// For `n` coordinates.
+    /// For `n` coordinates of so many bodies.
     #[must_use]
-    pub fn new(n: usize) -> Self {
+    pub fn new(n: usize, bodies: usize) -> Self {
         Self {
-            motion: Motion::new(n),
+            motion: Motion::new(bodies),
             accelerations: vec![0.0; n],
             by_coordinates: vec![0.0; n * n],
             by_velocities: vec![0.0; n * n],

@@ -5,13 +5,14 @@
 //! ```
 //!
 //! with M and h of [`lacuna_rigid`], and what the file states of each joint: damping d, friction f, rotor inertia
-//! J, stiffness k of a spring that is at rest at q_0. Parameters are, body by body, the ten of its inertia
+//! J, stiffness k of a spring that is at rest at q_0. What a joint that follows another states acts on the
+//! coordinate of that, by its ratio once as a force and once more by how far and how fast the joint goes. Parameters are, body by body, the ten of its inertia
 //! and d, f, J and k; behind them may stand what the model leaves out of its structure ([`Dynamics::tree`]).
 
 use super::{Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Point, Room, Sizes};
 use lacuna_effects::law::BODY;
 use lacuna_numbers::{Dual, Number};
-use lacuna_rigid::{Inertia, InertialParameters, Tree};
+use lacuna_rigid::{Inertia, InertialParameters, Joint, Tree};
 use std::sync::Arc;
 
 /// Speed v_0 over which dry friction that a file states turns its sign, rad/s or m/s.
@@ -101,8 +102,8 @@ impl RobotDynamics {
 
 impl Dynamics for RobotDynamics {
     fn sizes(&self) -> Sizes {
-        let n = self.tree.bodies.len();
-        Sizes { parameters: PARTS.len() * n, coordinates: n, states: 0, inputs: n }
+        let (n, bodies) = (self.tree.coordinates(), self.tree.bodies.len());
+        Sizes { parameters: PARTS.len() * bodies, coordinates: n, states: 0, inputs: n }
     }
 
     fn shares_derivatives(&self) -> bool {
@@ -137,7 +138,7 @@ struct BoundRobot<T> {
 
 impl<T: Number> BoundRobot<T> {
     fn sizes(&self) -> Sizes {
-        let n = self.tree.bodies.len();
+        let n = self.tree.coordinates();
         Sizes { parameters: 0, coordinates: n, states: 0, inputs: n }
     }
 
@@ -173,11 +174,11 @@ impl<T: Number> Motor<T> {
         }
     }
 
-    /// What becomes of the input of joint `i` at its coordinate and velocity.
+    /// The force that it makes in its joint at coordinates and velocities.
     #[inline(always)]
-    fn driven(&self, i: usize, at: &Point<T>) -> T {
-        let (q, v) = (at.coordinates[i], at.velocities[i]);
-        let force = at.inputs[i] - self.damping * v - self.stiffness * (q - self.rest);
+    fn force(&self, joint: &Joint, at: &Point<T>) -> T {
+        let (q, v) = (joint.at(at.coordinates), joint.rate(at.velocities));
+        let force = -(self.damping * v) - self.stiffness * (q - self.rest);
         // Most files state no friction: its sharp edge need not be evaluated.
         if self.friction.value() == 0.0 && !self.friction.moves() {
             return force;
@@ -185,12 +186,21 @@ impl<T: Number> Motor<T> {
         force - self.friction * (v / STILL).tanh()
     }
 
-    /// Its share, at joint `i`, of `M + diag(J)` and of what drives the bodies less h, which stands in `force`.
+    /// Its share of `M + diag(J)` and of what drives the bodies less h.
     #[inline(always)]
-    fn act(&self, i: usize, at: &Point<T>, mass: &mut [T], force: &mut [T]) {
-        let diagonal = i * (force.len() + 1);
-        mass[diagonal] = mass[diagonal] + self.armature;
-        force[i] = self.driven(i, at) - force[i];
+    fn act(&self, joint: &Joint, at: &Point<T>, (mass, force): (&mut [T], &mut [T])) {
+        let c = joint.coordinate;
+        let diagonal = c * (force.len() + 1);
+        mass[diagonal] = mass[diagonal] + joint.felt(joint.felt(self.armature));
+        force[c] = force[c] + joint.felt(self.force(joint, at));
+    }
+}
+
+/// What drives coordinates less h, which stands in `force`.
+#[inline(always)]
+fn drive<T: Number>(inputs: &[T], force: &mut [T]) {
+    for (force, input) in force.iter_mut().zip(inputs) {
+        *force = *input - *force;
     }
 }
 
@@ -229,14 +239,13 @@ fn as_seen_from<T: Number>([x, y, z]: [T; 3], roll: T, pitch: T) -> [T; 3] {
 
 impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
     fn room(&self) -> Room<T> {
-        let n = self.tree.bodies.len();
-        let numbers = vec![T::constant(0.0); n];
-        Room { numbers, plain: vec![], bodies: lacuna_rigid::Room::new(n) }
+        let numbers = vec![T::constant(0.0); self.tree.coordinates()];
+        Room { numbers, plain: vec![], bodies: lacuna_rigid::Room::new(self.tree.bodies.len()) }
     }
 
     #[inline(always)]
     fn evaluate(&self, room: &mut Room<T>, variables: &[T], rates: &mut [T]) {
-        let n = self.tree.bodies.len();
+        let n = self.tree.coordinates();
         let at = Point::new(self.sizes(), &[], variables);
         let (mass, force) = rates.split_at_mut(n * n);
         let dynamics = lacuna_rigid::Dynamics::new(&self.tree, &self.inertia, self.gravity);
@@ -244,8 +253,9 @@ impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
         dynamics.place(bodies, at.coordinates);
         dynamics.mass_matrix(bodies, mass);
         dynamics.inverse(bodies, (at.velocities, still), force);
-        for (i, joint) in self.joints.iter().enumerate() {
-            joint.act(i, &at, mass, force);
+        drive(at.inputs, force);
+        for (body, motor) in self.tree.bodies.iter().zip(&self.joints) {
+            motor.act(&body.joint, &at, (mass, force));
         }
     }
 
@@ -255,6 +265,10 @@ impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
 }
 
 impl<T: Number> Implicit<T> for BoundRobot<T> {
+    fn room(&self) -> ImplicitRoom {
+        ImplicitRoom::new(self.tree.coordinates(), self.tree.bodies.len())
+    }
+
     fn values(&self, room: &mut ImplicitRoom, variables: &[f64], rates: &mut [f64]) {
         pulp::Arch::new().dispatch(Values { robot: self, room, variables, rates });
     }
@@ -283,13 +297,14 @@ impl<T: Number> pulp::WithSimd for Values<'_, T> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
         let Self { robot, room, variables, rates } = self;
-        let n = robot.tree.bodies.len();
+        let n = robot.tree.coordinates();
         let at = Point::new(robot.sizes(), &[], variables);
         let (mass, force) = rates.split_at_mut(n * n);
         let moving = (at.coordinates, at.velocities);
         robot.plain().mass_and_bias(&mut room.motion, moving, mass, force);
-        for (i, joint) in robot.joints.iter().enumerate() {
-            joint.value().act(i, &at, mass, force);
+        drive(at.inputs, force);
+        for (body, motor) in robot.tree.bodies.iter().zip(&robot.joints) {
+            motor.value().act(&body.joint, &at, (mass, force));
         }
     }
 }
@@ -328,7 +343,7 @@ impl<T: Number> pulp::WithSimd for Derive<'_, T> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
         let Self { robot, room, variables, forces } = self;
-        let n = robot.tree.bodies.len();
+        let n = robot.tree.coordinates();
         let at = Point::new(robot.sizes(), &[], variables);
         let dynamics = robot.plain();
         // What it takes to move the bodies enters with the other sign.
@@ -339,16 +354,21 @@ impl<T: Number> pulp::WithSimd for Derive<'_, T> {
         if robot.gravity.iter().any(|g| g.moves()) {
             dynamics.hold_up(&room.motion, robot.gravity, forces);
         }
-        for (i, joint) in robot.joints.iter().enumerate() {
-            let row = i * n..(i + 1) * n;
-            let mut taken = forces[i] + joint.armature * room.accelerations[i];
-            for (q, slope) in at.coordinates.iter().zip(&room.by_coordinates[row.clone()]) {
+        let (by_q, by_v) = (room.by_coordinates.chunks(n), room.by_velocities.chunks(n));
+        for ((force, input), (by_q, by_v)) in forces.iter_mut().zip(at.inputs).zip(by_q.zip(by_v)) {
+            let mut taken = *force;
+            for (q, slope) in at.coordinates.iter().zip(by_q) {
                 taken = taken + *q * *slope;
             }
-            for (v, slope) in at.velocities.iter().zip(&room.by_velocities[row]) {
+            for (v, slope) in at.velocities.iter().zip(by_v) {
                 taken = taken + *v * *slope;
             }
-            forces[i] = joint.driven(i, &at) - taken;
+            *force = *input - taken;
+        }
+        for (body, motor) in robot.tree.bodies.iter().zip(&robot.joints) {
+            let (joint, c) = (&body.joint, body.joint.coordinate);
+            let turned = motor.armature * joint.rate(&room.accelerations);
+            forces[c] = forces[c] + joint.felt(motor.force(joint, &at) - turned);
         }
     }
 }

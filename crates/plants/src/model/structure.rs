@@ -6,6 +6,7 @@ use crate::dynamics::felt;
 use lacuna_effects::law::{BODY, TILT};
 use lacuna_effects::{Acts, AnyStructureLaw, BASE, Effect, Law, StructureLawIn};
 use lacuna_numbers::{Dual, Number};
+use std::collections::HashSet;
 use std::ops::Range;
 
 /// The law of an effect on structure.
@@ -82,10 +83,13 @@ impl Model {
     pub fn joints_under(&self, acts: Acts, channel: usize) -> Vec<usize> {
         let Some(tree) = self.dynamics.tree() else { return vec![] };
         if acts == Acts::Base {
-            return (0..tree.bodies.len()).collect();
+            return (0..tree.coordinates()).collect();
         }
-        let mut joints: Vec<usize> = tree.path(channel).collect();
+        let mut joints: Vec<usize> =
+            tree.path(channel).map(|body| tree.bodies[body].joint.coordinate).collect();
         joints.reverse();
+        let mut seen = HashSet::new();
+        joints.retain(|joint| seen.insert(*joint));
         joints
     }
 

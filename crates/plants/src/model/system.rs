@@ -221,9 +221,10 @@ impl<T: Number> System<T> {
             stage: vec![zero; width],
             input: vec![zero; self.input_width()],
             shared: match self.implicit() {
-                Some(_) => {
+                Some(implicit) => {
                     let Sizes { coordinates, .. } = self.sizes;
-                    Shared::new((coordinates, self.sizes.variables(), self.sizes.rates()))
+                    let lengths = (coordinates, self.sizes.variables(), self.sizes.rates());
+                    Shared::new(implicit.room(), lengths)
                 }
                 None => Shared::default(),
             },

@@ -48,9 +48,9 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    pub fn new((coordinates, variables, rates): (usize, usize, usize)) -> Self {
+    pub fn new(room: ImplicitRoom, (coordinates, variables, rates): (usize, usize, usize)) -> Self {
         Self {
-            room: ImplicitRoom::new(coordinates),
+            room,
             variables: vec![0.0; variables],
             rates: vec![0.0; rates],
             accelerations: vec![0.0; coordinates],

@@ -7,13 +7,16 @@ use super::joints;
 use super::settings::{EXPAND, Settings};
 use crate::Inertia;
 use crate::algebra::Pose;
-use crate::robot::{Ends, Link, RobotError, RobotJoint};
+use crate::joints::Several;
+use crate::robot::{Ends, Link, Moves, RobotError, RobotJoint};
 use crate::xml::Element;
 
 /// Links and joints: the first link is the world.
 pub(super) struct Bodies<'s, 'a> {
     pub links: Vec<Link>,
     pub joints: Vec<RobotJoint>,
+    /// The coordinate of each joint where the file places bodies.
+    pub references: Vec<f64>,
     settings: &'s Settings,
     defaults: &'s Defaults<'a>,
     /// MuJoCo's numbers of the body and of the joint that come next.
@@ -47,7 +50,14 @@ impl<'s, 'a> Bodies<'s, 'a> {
             return Err(root.error("there is no <worldbody>: nothing can be simulated"));
         };
         let world = Link { name: "world".to_owned(), inertia: Inertia::none(), line: first.line() };
-        let mut all = Self { links: vec![world], joints: vec![], settings, defaults, next: (1, 0) };
+        let mut all = Self {
+            links: vec![world],
+            joints: vec![],
+            references: vec![],
+            settings,
+            defaults,
+            next: (1, 0),
+        };
         let mut open = vec![];
         for world in root.children("worldbody") {
             let class = defaults.class(world, "childclass", ClassId::MAIN)?;
@@ -138,12 +148,23 @@ impl<'s, 'a> Bodies<'s, 'a> {
                 self.links.push(link.clone());
             }
             let ends = Ends { parent, child: self.links.len() - 1, pose };
-            self.joints.push(joints::read(&part, (name, content.frame), ends, self.settings)?);
+            let joint = joints::read(&part, (name, content.frame), ends, self.settings)?;
+            let free = joint.moves == Moves::Several(Several::Floating);
+            if free && (parent, joints.len()) != (0, 1) {
+                let message = format!(
+                    "{} is free: it moves a body of the world, and is all that moves that",
+                    part.own.called()
+                );
+                return Err(part.own.error(message));
+            }
+            self.joints.push(joint);
+            self.references.push(joints::reference(&part, self.settings)?);
             (parent, pose) = (self.links.len() - 1, Pose::SAME);
         }
         if joints.is_empty() {
             let ends = Ends { parent, child: self.links.len(), pose };
             self.joints.push(joints::fixed(&link, ends));
+            self.references.push(0.0);
             self.links.push(link);
         }
         Ok(())

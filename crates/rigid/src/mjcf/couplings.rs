@@ -2,16 +2,20 @@
 
 use super::bodies::Bodies;
 use super::defaults::{ClassId, Defaults, Part};
-use crate::robot::{Coupling, RobotError};
+use crate::joints::Mimic;
+use crate::robot::{Coupling, Moves, RobotError};
 use crate::xml::Element;
 use std::collections::HashMap;
+
+/// Numbers of a `polycoef`.
+const NUMBERS: usize = 5;
 
 /// Ties between bodies. Each is followed through all bodies between its ends.
 const MOST: usize = 1000;
 
 pub(super) fn read<'a>(
     root: Element<'a>,
-    bodies: &Bodies,
+    bodies: &mut Bodies,
     defaults: &Defaults<'a>,
 ) -> Result<Vec<Coupling>, RobotError> {
     let mut ties = Ties::new(root, bodies);
@@ -22,13 +26,19 @@ pub(super) fn read<'a>(
     for element in root.children("equality").flat_map(Element::elements) {
         let part = defaults.part(element, "equality", ClassId::MAIN)?;
         if part.get("active") != Some("false") {
-            ties.equality(element)?;
+            ties.equality(&part)?;
         }
     }
-    Ok(ties.couplings)
+    let (followers, couplings) = (ties.followers, ties.couplings);
+    for (follower, mimic) in followers {
+        bodies.joints[follower].follows = Some(mimic);
+    }
+    Ok(couplings)
 }
 
 struct Ties<'b, 'a> {
+    bodies: &'b Bodies<'b, 'a>,
+    followers: HashMap<usize, Mimic>,
     joints: HashMap<&'b str, usize>,
     links: HashMap<&'b str, usize>,
     tendons: HashMap<&'a str, Element<'a>>,
@@ -41,13 +51,15 @@ struct Ties<'b, 'a> {
 }
 
 impl<'b, 'a> Ties<'b, 'a> {
-    fn new(root: Element<'a>, bodies: &'b Bodies) -> Self {
+    fn new(root: Element<'a>, bodies: &'b Bodies<'b, 'a>) -> Self {
         let mut carriers = vec![None; bodies.links.len()];
         for (number, joint) in bodies.joints.iter().enumerate() {
             carriers[joint.child] = Some((number, joint.parent));
         }
         let tendons = root.children("tendon").flat_map(Element::elements);
         Self {
+            bodies,
+            followers: HashMap::new(),
             joints: bodies.joints.iter().enumerate().map(|(k, j)| (&*j.name, k)).collect(),
             links: bodies.links.iter().enumerate().map(|(k, l)| (&*l.name, k)).collect(),
             tendons: tendons.filter_map(|t| Some((t.get("name")?, t))).collect(),
@@ -75,13 +87,17 @@ impl<'b, 'a> Ties<'b, 'a> {
         Ok(())
     }
 
-    fn equality(&mut self, element: Element) -> Result<(), RobotError> {
+    fn equality(&mut self, part: &Part) -> Result<(), RobotError> {
+        let element = part.own;
         let joints = match element.tag() {
             "joint" => {
                 let both = self.two(element, "joint", |ties, of, name| {
-                    named(&ties.joints, of, ("joint", name)).map(|joint| vec![joint])
+                    named(&ties.joints, of, ("joint", name))
                 })?;
-                both.concat()
+                if self.follow(part, &both)? {
+                    return Ok(());
+                }
+                both
             }
             "tendon" => {
                 let both = self.two(element, "tendon", |ties, of, name| {
@@ -101,6 +117,27 @@ impl<'b, 'a> Ties<'b, 'a> {
         let what = format!("{} in <equality> ties joints to each other", element.called());
         self.tie(element, what, joints);
         Ok(())
+    }
+
+    /// Have the first of two joints follow the second, unless it follows another already or not by a straight
+    /// line, `q_1 - r_1 = a + b (q_2 - r_2)`; r is where the file places bodies. Whether it does.
+    fn follow(&mut self, part: &Part, joints: &[usize]) -> Result<bool, RobotError> {
+        let numbers = part.holder("polycoef").map_or(Ok(vec![]), |of| of.list("polycoef"))?;
+        if numbers.len() > NUMBERS {
+            return Err(part.own.must_be("polycoef", "5 numbers or fewer"));
+        }
+        let at = |k: usize, otherwise| numbers.get(k).copied().unwrap_or(otherwise);
+        let straight = (2..NUMBERS).all(|k| at(k, 0.0) == 0.0);
+        let of_one = |&j: &usize| matches!(self.bodies.joints[j].moves, Moves::By(_));
+        let &[follower, leader] = joints else { return Ok(false) };
+        if !straight || !joints.iter().all(of_one) || self.followers.contains_key(&follower) {
+            return Ok(false);
+        }
+        let (a, multiplier, reference) = (at(0, 0.0), at(1, 1.0), &self.bodies.references);
+        let offset = reference[follower] + a - multiplier * reference[leader];
+        let mimic = Mimic { leader, multiplier, offset, line: part.own.line() };
+        self.followers.insert(follower, mimic);
+        Ok(true)
     }
 
     /// What `joint1` and `joint2`, or others of two, name; the second may be absent.

@@ -2,8 +2,8 @@
 
 use super::defaults::Part;
 use super::settings::Settings;
-use crate::JointKind;
 use crate::algebra::{Pose, add, times, unit};
+use crate::joints::{JointKind, Several};
 use crate::robot::{Ends, Link, Moves, RobotError, RobotJoint};
 
 /// Read a joint, whose place and axis are told in `frame`, which stands so in the body's. Its ends stand as
@@ -26,13 +26,15 @@ pub(super) fn read(
     part.check_unset("springyield", "a spring that yields is not simulated")?;
     let [stiffness] = part.numbers_or("stiffness", [0.0])?;
     let [spring_reference] = part.numbers_or("springref", [0.0])?;
-    let [reference] = part.numbers_or("ref", [0.0])?;
+    let reference = reference(part, settings)?;
     let mut joint = RobotJoint {
         name,
         moves,
         parent,
         child,
         pose,
+        rest: Pose::SAME,
+        follows: None,
         axis: times(&frame.rotation, axis),
         anchor: add(frame.translation, place),
         damping: part.positive("damping")?,
@@ -42,9 +44,22 @@ pub(super) fn read(
         spring_reference: spring_reference * angle,
         line: part.own.line(),
     };
-    // The file places bodies where the coordinate is `ref`.
-    joint.pose = pose.then(&joint.moved(-reference * angle));
+    match moves {
+        // Its coordinates are told in the frame of the parent; the file says where it stands if it is held.
+        Moves::Several(Several::Floating) => {
+            (joint.pose, joint.rest, joint.anchor) = (Pose::SAME, pose, [0.0; 3]);
+        }
+        // The file places bodies where the coordinate is `ref`.
+        _ => joint.pose = pose.then(&joint.moved(-reference)),
+    }
     Ok(joint)
+}
+
+/// The coordinate where the file places bodies, rad or m.
+pub(super) fn reference(part: &Part, settings: &Settings) -> Result<f64, RobotError> {
+    let turns = moves(part)? == Moves::By(JointKind::Revolute);
+    let [reference] = part.numbers_or("ref", [0.0])?;
+    Ok(if turns { reference * settings.angle } else { reference })
 }
 
 /// What holds a link to its parent's where there is no joint.
@@ -54,14 +69,14 @@ pub(super) fn fixed(link: &Link, ends: Ends) -> RobotJoint {
 }
 
 fn moves(part: &Part) -> Result<Moves, RobotError> {
-    let free = Moves::Otherwise("free to float");
+    let free = Moves::Several(Several::Floating);
     if part.own.tag() == "freejoint" {
         return Ok(free);
     }
     Ok(match part.get("type").unwrap_or("hinge") {
         "hinge" => Moves::By(JointKind::Revolute),
         "slide" => Moves::By(JointKind::Prismatic),
-        "ball" => Moves::Otherwise("a ball joint"),
+        "ball" => Moves::Several(Several::Ball),
         "free" => free,
         other => {
             let message = format!(

@@ -9,7 +9,9 @@
 //! | a body of several joints | its link, carried by links of no mass, `body/joint`, one after the other |
 //! | a joint's `ref` | its coordinate where bodies stand as the file places them, as in MuJoCo |
 //! | a joint's `damping`, `frictionloss`, `armature`, `stiffness`, `springref` | the same, in radians or metres |
-//! | `<equality>`, springs and dampers of `<tendon>`s | a [`Coupling`](crate::Coupling) |
+//! | a `<freejoint>` | a floating joint, whose coordinates are told in the world; held still, it stands as the file places it |
+//! | an `<equality>` of two joints with no more than two numbers of `polycoef` | the first [follows](crate::Mimic) the second, rigidly |
+//! | else `<equality>`, springs and dampers of `<tendon>`s | a [`Coupling`](crate::Coupling) |
 //! | `<option gravity>` | [`Robot::gravity`], 0 0 -9.81 where nothing is said |
 //! | an `<actuator>`'s `armature`, `damping` | the joint's, by the square of the `gear` |
 //! | else `<actuator>` | nothing: a joint's input is its torque or force, behind any gear or controller |
@@ -56,7 +58,7 @@ pub(crate) fn robot(root: Element) -> Result<Robot, RobotError> {
     check_twice("body", bodies.links.iter().map(|l| (&*l.name, l.line)))?;
     check_twice("joint", bodies.joints.iter().map(|j| (&*j.name, j.line)))?;
     actuators::read(root, &mut bodies.joints, &defaults)?;
-    let couplings = couplings::read(root, &bodies, &defaults)?;
+    let couplings = couplings::read(root, &mut bodies, &defaults)?;
     let name = root.get("model").unwrap_or("robot").to_owned();
     let Bodies { links, joints, .. } = bodies;
     let (format, gravity) = (Format::Mjcf, Some(settings.gravity));

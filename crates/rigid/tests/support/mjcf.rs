@@ -13,8 +13,30 @@ const HEAD: &str = r#"<default>
 </default>
 "#;
 
-/// A tree of so many bodies: they hang from any that is there.
+/// A tree of so many bodies on hinges and slides: they hang from any that is there.
 pub fn drawn_mjcf(bodies: usize, seed: u64) -> String {
+    let (worldbody, _) = drawn(bodies, seed, false);
+    worldbody + "</mujoco>\n"
+}
+
+/// The same with free bodies and balls, and with hinges and slides that follow others.
+pub fn drawn_every_joint(bodies: usize, seed: u64) -> String {
+    let (worldbody, named) = drawn(bodies, seed, true);
+    let mut rng = rng(seed, 4);
+    let mut text = worldbody + "<equality>\n";
+    for (k, follower) in named.iter().enumerate().skip(1).filter(|(k, _)| k % 2 == 1) {
+        let leader = &named[rng.random_range(0..k)];
+        let numbers = match rng.random_range(0..4) {
+            0 => String::new(),
+            _ => format!("polycoef=\"{}\"", spaced(&three(&mut rng, 1.0)[..2])),
+        };
+        text += &format!("<joint joint1=\"{follower}\" joint2=\"{leader}\" {numbers}/>\n");
+    }
+    text + "</equality></mujoco>\n"
+}
+
+/// All but the end, and the names of hinges and slides.
+fn drawn(bodies: usize, seed: u64, several: bool) -> (String, Vec<String>) {
     let rng = &mut rng(seed, 2);
     let parents: Vec<usize> =
         (0..bodies).map(|k| rng.random_range(k.saturating_sub(3)..=k)).collect();
@@ -24,12 +46,18 @@ pub fn drawn_mjcf(bodies: usize, seed: u64) -> String {
         "<mujoco model=\"drawn\">\n<compiler angle=\"{angle}\" eulerseq=\"{order}\" inertiagrouprange=\"0 3\"/>\n\
          <option gravity=\"1 -2 -9\"/>\n{HEAD}<worldbody><geom type=\"plane\" size=\"1 1 1\"/>\n"
     );
-    inner(0, &parents, rng, &mut text);
-    text + "</worldbody>\n</mujoco>\n"
+    let mut named = vec![];
+    inner(0, (&parents, several), rng, (&mut text, &mut named));
+    (text + "</worldbody>\n", named)
 }
 
 /// The bodies that hang from one; the world is 0.
-fn inner(of: usize, parents: &[usize], rng: &mut impl Rng, text: &mut String) {
+fn inner(
+    of: usize,
+    (parents, several): (&[usize], bool),
+    rng: &mut impl Rng,
+    (text, named): (&mut String, &mut Vec<String>),
+) {
     for k in (0..parents.len()).filter(|k| parents[*k] == of) {
         let framed = rng.random_range(0..4) == 0;
         if framed {
@@ -39,11 +67,19 @@ fn inner(of: usize, parents: &[usize], rng: &mut impl Rng, text: &mut String) {
         let name = if k % 5 == 4 { String::new() } else { format!("name=\"b{k}\"") };
         *text += &format!("<body {name} {class} {}>\n", place(rng));
         mass(rng, text);
-        let joints = if k == 0 { 1 } else { [0, 1, 1, 1, 2, 3][rng.random_range(0..6)] };
-        for j in 0..joints {
-            joint(&format!("j{k}_{j}"), rng, text);
+        let kind = if several { rng.random_range(0..3) } else { 2 };
+        if kind == 0 && of == 0 {
+            *text += "<freejoint/>\n";
+        } else {
+            let joints = if k == 0 { 1 } else { [0, 1, 1, 1, 2, 3][rng.random_range(0..6)] };
+            for j in 0..joints {
+                named.extend(joint(&format!("j{k}_{j}"), rng, text));
+            }
+            if kind == 0 {
+                ball(&format!("ball{k}"), rng, text);
+            }
         }
-        inner(k + 1, parents, rng, text);
+        inner(k + 1, (parents, several), rng, (text, named));
         *text += if framed { "</body></frame>\n" } else { "</body>\n" };
     }
 }
@@ -70,14 +106,25 @@ fn turn(rng: &mut impl Rng) -> String {
     }
 }
 
-fn joint(name: &str, rng: &mut impl Rng, text: &mut String) {
+/// A ball without friction, rotor or spring, which are not simulated in it.
+fn ball(name: &str, rng: &mut impl Rng, text: &mut String) {
+    let anchor = spaced(&three(rng, 0.4));
+    *text += &format!(
+        "<joint name=\"{name}\" type=\"ball\" pos=\"{anchor}\" damping=\"0\" armature=\"0\" stiffness=\"0\"/>\n"
+    );
+}
+
+/// A hinge or a slide; its name, if it has one.
+fn joint(name: &str, rng: &mut impl Rng, text: &mut String) -> Option<String> {
     let kind = ["", "type=\"slide\"", "type=\"hinge\""][rng.random_range(0..3)];
     let class = ["", "class=\"soft\"", "class=\"main\""][rng.random_range(0..3)];
-    let name = if rng.random_range(0..5) == 0 { String::new() } else { format!("name=\"{name}\"") };
+    let named = (rng.random_range(0..5) != 0).then(|| name.to_owned());
+    let name = named.as_ref().map_or_else(String::new, |name| format!("name=\"{name}\""));
     let (anchor, axis) = (spaced(&three(rng, 0.4)), spaced(&three(rng, 1.0)));
     let framed = rng.random_range(0..5) == 0;
     let joint = format!("<joint {name} {kind} {class} pos=\"{anchor}\" axis=\"{axis}\"/>\n");
     *text += &if framed { format!("<frame {}>{joint}</frame>", place(rng)) } else { joint };
+    named
 }
 
 /// What a body weighs: an `<inertial>` or geoms.

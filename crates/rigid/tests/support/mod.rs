@@ -1,6 +1,7 @@
 //! Robots that are drawn.
 #![allow(dead_code)]
 
+pub mod every_joint;
 pub mod mjcf;
 pub mod oracle;
 
@@ -44,7 +45,7 @@ pub fn drawn_urdf(joints: usize, seed: u64) -> String {
     text + "</robot>\n"
 }
 
-fn drawn_link(link: usize, rng: &mut impl Rng) -> String {
+pub fn drawn_link(link: usize, rng: &mut impl Rng) -> String {
     let mut number = |from: f64, to: f64| rng.random_range(from..to);
     let (place, turn) = (
         [number(-0.3, 0.3), number(-0.3, 0.3), number(-0.3, 0.3)],
@@ -92,10 +93,11 @@ pub fn assert_refused(read: fn(&str) -> Result<Robot, RobotError>, text: &str, c
 
 /// M and h of a tree whose bodies are as its file says.
 pub fn mass_and_bias(tree: &Tree, state: &[f64], gravity: [f64; 3]) -> (Vec<f64>, Vec<f64>) {
-    let n = tree.bodies.len();
+    let n = tree.coordinates();
     let (inertia, (q, v)) = (tree.inertia(), state.split_at(n));
     let dynamics = Dynamics::new(tree, &inertia, gravity);
-    let (mut room, mut mass, mut bias) = (Room::new(n), vec![0.0; n * n], vec![0.0; n]);
+    let room = Room::new(tree.bodies.len());
+    let (mut room, mut mass, mut bias) = (room, vec![0.0; n * n], vec![0.0; n]);
     dynamics.place(&mut room, q);
     dynamics.mass_matrix(&mut room, &mut mass);
     dynamics.inverse(&mut room, (v, &vec![0.0; n]), &mut bias);

@@ -28,6 +28,8 @@ pub(super) struct Found {
 /// A joint, and what a recording has of it.
 pub(super) struct Joint {
     pub name: String,
+    /// The joint of the robot that it is, or is a coordinate of.
+    pub of: String,
     position: Found,
     velocity: Found,
     pub drive: Found,
@@ -42,7 +44,7 @@ impl Joint {
         let position = found(coordinate.name, &POSITION, &coordinate.unit);
         let velocity = found(coordinate.velocity, &VELOCITY, &format!("{}/s", coordinate.unit));
         let drive = found(input.name, &DRIVE, &input.unit);
-        Self { name: joint.name.clone(), position, velocity, drive }
+        Self { name: joint.name.clone(), of: joint.of.clone(), position, velocity, drive }
     }
 
     pub fn channels(&self) -> [&Found; 3] {

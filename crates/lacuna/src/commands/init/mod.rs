@@ -30,8 +30,7 @@ const TIMES: [&str; 4] = ["t", "time", "timestamp", "stamp"];
 pub fn run(a: &Arguments) -> Outcome {
     let (robot, tree) = read_robot(&a.robot)?;
     let (time, recording) = read_recording(&a.recording)?;
-    let joints: Vec<Joint> =
-        tree.bodies.iter().map(|body| Joint::of(&body.joint, &recording)).collect();
+    let joints: Vec<Joint> = tree.joints().map(|joint| Joint::of(joint, &recording)).collect();
     if joints.iter().all(Joint::is_absent) {
         let columns: Vec<&str> = recording.columns.iter().map(|c| c.name.as_str()).collect();
         let names: Vec<&str> = joints.iter().map(|j| j.name.as_str()).collect();
@@ -92,8 +91,8 @@ fn text(robot_file: &Path, out: &Path, (robot, time): (&Robot, &str), joints: &[
         "name = {name}\n\n[robot]\nfile = {file}\n\
          gravity = {gravity:?}   # m/s^2, in the frame of the robot's root\n"
     );
-    let absent = joints.iter().filter(|j| j.is_absent()).map(|j| j.name.as_str());
-    let locked: Vec<String> = robot.not_simulated().chain(absent).map(quoted).collect();
+    let mut locked: Vec<String> = robot.not_simulated().chain(absent(joints)).map(quoted).collect();
+    locked.dedup();
     if !locked.is_empty() {
         text += "# Not in the recording, or not simulated: held still, at 0 unless { name = ..., at = ... }.\n";
         text += &format!("locked = [{}]\n", locked.join(", "));
@@ -107,6 +106,13 @@ fn text(robot_file: &Path, out: &Path, (robot, time): (&Robot, &str), joints: &[
     text += &format!("\n[recordings]\ntime = {}\n", quoted(time));
     text += "input_hold = \"zero-order\"   # or \"linear\", \"band-limited\"\n";
     text + &measurements(joints)
+}
+
+/// What is held still: joints that are not in the recording, and single coordinates of one of several that is.
+fn absent(joints: &[Joint]) -> impl Iterator<Item = &str> {
+    let whole = |of: &str| joints.iter().filter(|j| j.of == of).all(Joint::is_absent);
+    let absent = joints.iter().filter(|j| j.is_absent());
+    absent.map(move |j| if whole(&j.of) { j.of.as_str() } else { j.name.as_str() })
 }
 
 /// What columns measure, where any has another name than its channel.

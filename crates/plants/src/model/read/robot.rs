@@ -75,8 +75,8 @@ impl Reader<'_> {
         let mut model = Model {
             name: raw.name.clone(),
             parameters,
-            inputs: tree.bodies.iter().map(|b| RecordedInput::of_joint(&b.joint)).collect(),
-            coordinates: tree.bodies.iter().map(|b| Coordinate::of_joint(&b.joint)).collect(),
+            inputs: tree.joints().map(RecordedInput::of_joint).collect(),
+            coordinates: tree.joints().map(Coordinate::of_joint).collect(),
             states: vec![],
             effects: vec![],
             measurements: vec![],
@@ -103,7 +103,7 @@ impl Reader<'_> {
             let effect = self.effect(e, &model)?;
             model.effects.push(effect);
         }
-        self.check_weight(&model, &tree, table)?;
+        check_weight(&model, &tree)?;
         Ok(model)
     }
 
@@ -143,11 +143,7 @@ impl Reader<'_> {
                 self.error(raw.file.span(), message)
             })?,
         };
-        let in_file = |e: RobotError| ModelError {
-            file: file.display().to_string(),
-            place: e.line.map(|line| Place::of_line(&text, line as usize)),
-            message: e.message,
-        };
+        let in_file = |e: RobotError| in_robot_file((&file, &text), e);
         let robot = lacuna_rigid::read(&text).map_err(in_file)?;
         let held = self.held(&raw.locked, &robot)?;
         let tree = robot.tree(&held).map_err(in_file)?;
@@ -177,13 +173,13 @@ impl Reader<'_> {
                 Some(begin) => name.starts_with(begin),
                 None => name == pattern,
             };
-            let names: Vec<_> = robot.joints.iter().map(|j| &j.name).filter(|n| meant(n)).collect();
+            let names: Vec<_> = robot.holdable().into_iter().filter(|n| meant(n)).collect();
             if names.is_empty() {
                 let known = robot.movable().join(", ");
                 let message = format!("'{pattern}' is none of the robot's joints: {known}");
                 return Err(self.error(entry.span(), message));
             }
-            held.extend(names.into_iter().map(|name| (name.clone(), at)));
+            held.extend(names.into_iter().map(|name| (name, at)));
         }
         Ok(held)
     }
@@ -299,30 +295,36 @@ impl Reader<'_> {
             text: text.clone(),
         })
     }
+}
 
-    /// What moves must have inertia.
-    fn check_weight(
-        &self,
-        model: &Model,
-        tree: &Tree,
-        table: &Spanned<RawRobot>,
-    ) -> Result<(), ModelError> {
-        if !model.is_singular_at_rest() {
-            return Ok(());
-        }
-        let moved = tree.moved().into_iter().position(|moved| moved.is_nan() || moved <= 0.0);
-        let Some(body) = moved.map(|i| &tree.bodies[i]) else {
-            let message = "the mass matrix is singular where all joints are at 0".to_owned();
-            return Err(self.error(table.span(), message));
-        };
-        let (link, joint) = (&body.name, &body.joint.name);
-        let message = format!(
-            "joint '{joint}' moves what has no inertia: link '{link}' and all that hangs from it. Say how \
-             large its rotor's inertia may be, \"{joint}.armature\" = {{ value = ..., std = ... }} in \
-             [parameters], or hold it still, locked = [\"{joint}\"] in [robot]"
-        );
-        Err(self.error(table.span(), message))
+/// What is wrong with a robot's own file, as that of a model.
+fn in_robot_file((file, text): (&Path, &str), e: RobotError) -> ModelError {
+    ModelError {
+        file: file.display().to_string(),
+        place: e.line.map(|line| Place::of_line(text, line as usize)),
+        message: e.message,
     }
+}
+
+/// What moves must have inertia.
+fn check_weight(model: &Model, tree: &Tree) -> Result<(), ModelError> {
+    let Some(own) = model.robot_file().filter(|_| model.is_singular_at_rest()) else {
+        return Ok(());
+    };
+    let error =
+        |line, message| Err(in_robot_file((&own.path, &own.text), RobotError { line, message }));
+    let moved = tree.moved().into_iter().position(|moved| moved.is_nan() || moved <= 0.0);
+    let Some(body) = moved.map(|i| &tree.bodies[tree.leading[i]]) else {
+        let message = "the mass matrix is singular where all joints are at 0".to_owned();
+        return error(None, message);
+    };
+    let (link, joint) = (&body.name, &body.joint.name);
+    let message = format!(
+        "joint '{joint}' moves what has no inertia: link '{link}' and all that hangs from it. Say how \
+         large its rotor's inertia may be, \"{joint}.armature\" = {{ value = ..., std = ... }} in \
+         [parameters] of a model file, or hold it still, locked = [\"{joint}\"] in [robot] there"
+    );
+    error(Some(body.joint.line), message)
 }
 
 /// Files round small inertia to 0. Where a link has mass, but none of its inertia is about its joint, that of
@@ -330,21 +332,22 @@ impl Reader<'_> {
 /// are chosen to match what they move.
 fn assume_rotors(model: &mut Model, tree: &Tree) {
     let moved = tree.moved();
-    for (i, body) in tree.bodies.iter().enumerate() {
-        let kind = body.joint.kind;
-        let alike = |&p: &usize| tree.bodies[p].joint.kind == kind && moved[p] > 0.0;
+    let of = |body: usize| moved[tree.bodies[body].joint.coordinate];
+    for &i in &tree.leading {
+        let (body, kind) = (&tree.bodies[i], tree.bodies[i].joint.kind);
+        let alike = |&p: &usize| tree.bodies[p].joint.kind == kind && of(p) > 0.0;
         let before = tree.path(i).skip(1).find(alike);
-        let (0.0, true, Some(before)) = (moved[i], body.inertia.mass > 0.0, before) else {
+        let (0.0, true, Some(before)) = (of(i), body.inertia.mass > 0.0, before) else {
             continue;
         };
         let name = format!("{}.armature", body.joint.name);
         let mut rotors = model.parameters.iter_mut();
         let Some(rotor) = rotors.find(|p| p.name == name && p.value == 0.0) else { continue };
-        (rotor.value, rotor.uncertainty) = (moved[before], Uncertainty::Absolute(moved[before]));
+        (rotor.value, rotor.uncertainty) = (of(before), Uncertainty::Absolute(of(before)));
         model.assumptions.push(format!(
             "By its file link '{}' has no inertia about joint '{}': {name} is estimated instead, beginning with \
              what joint '{}' moves, {:.2e} {} and as unsure as that.",
-            body.name, body.joint.name, tree.bodies[before].joint.name, moved[before], rotor.unit
+            body.name, body.joint.name, tree.bodies[before].joint.name, of(before), rotor.unit
         ));
     }
 }
