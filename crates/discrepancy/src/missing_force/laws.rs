@@ -485,8 +485,12 @@ impl<'a> Pursuit<'a> {
     /// Nats by which laws of a channel's inputs make the motion more likely only in that less of the input
     /// reaches the machine. What is known is the recorded input no less than the motion, and where u' is made of u,
     /// `log p(u | motion) = log p(motion | u) + sum_k log |du'/du|`: of an input that makes no difference, no value is
-    /// likelier than another. No slope is smaller than the noise is beside the input.
+    /// likelier than another. No slope is smaller than the noise is beside the input. Where nothing but the sensors'
+    /// noise is left, the input is what the machine got, and needs no explanation.
     fn silenced(&self, c: usize, block: &Block) -> f64 {
+        if block.white == 0 {
+            return 0.0;
+        }
         let amplitudes = self.amplitudes();
         let rows: usize = self.columns.rows[c].iter().map(|(_, own)| own.right.len()).sum();
         let of = |j: usize| {

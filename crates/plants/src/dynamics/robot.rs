@@ -15,8 +15,10 @@ use lacuna_numbers::{Dual, Number};
 use lacuna_rigid::{Inertia, InertialParameters, Joint, Tree};
 use std::sync::Arc;
 
-/// Speed v_0 over which dry friction that a file states turns its sign, rad/s or m/s.
-const STILL: f64 = 0.01;
+/// Speed v_0 over which dry friction that a file states turns its sign, rad/s or m/s. A file means a force that holds
+/// still whatever is weaker; a joint that creeps below this speed goes a milliradian a second astray, and were it ten
+/// times as fast, simulators that do hold still would be told to have a peak of friction at low speed.
+const STILL: f64 = 0.001;
 
 /// A quantity of a body or its joint that is a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
