@@ -151,15 +151,11 @@ fn a_light_joint_with_friction_has_no_wrong_actuator() {
     for found in &elbow {
         assert_eq!(found["channel"], "elbow", "{found}");
     }
-    // The two trade places about standstill; what they are together at a speed is told.
-    let of = |class: &str, name: &str| {
-        let found = elbow.iter().find(|f| f["class"] == class);
-        parameter(found.unwrap_or_else(|| panic!("{class}: {diagnosis}")), name).0
-    };
-    let at_speed =
-        of("coulomb_friction", "magnitude") + 1.5 * of("viscous_friction", "coefficient");
-    assert!((at_speed - 0.625).abs() < 0.06, "{at_speed}");
-    std::mem::forget(bench);
+    assert!(elbow.iter().any(|f| f["class"] == "viscous_friction"), "{diagnosis}");
+    // What is driven as it is follows; what hardly anything drives would not.
+    let error = |model| bench.error(model, "run3.csv");
+    let (before, after) = (error("arm.urdf"), error("found/augmented.toml"));
+    assert!(before > 100.0 * after, "{before} {after}");
 }
 
 /// What is recorded under other names is found, what is not recorded is held still, and nothing is written over.
