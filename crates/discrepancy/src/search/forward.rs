@@ -434,10 +434,10 @@ fn acts_on(model: &Model, e: &ModelEffect, channel: usize) -> bool {
 }
 
 /// Whether what a candidate says could be the remainder of a law: it acts on the same channel by the same
-/// variables, or by some of them.
+/// variables, or by some of them. A constant depends on none: no formula leaves it.
 pub(super) fn says_alike(e: &ModelEffect, c: &Candidate) -> bool {
     let variables = e.effect.variables(&e.parameters);
-    e.channel == c.channel && c.says_only(variables)
+    e.channel == c.channel && !c.effect.depends_on.is_empty() && c.says_only(variables)
 }
 
 /// Whether an unknown function covers all that a candidate could say: a law of the same single

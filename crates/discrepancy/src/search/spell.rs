@@ -2,7 +2,7 @@
 //! two simple ones that only together are right; a free curve shows them both. Where one or two
 //! laws of the catalogue follow the curve as well as the recordings can tell, they are its name.
 
-use super::forward::curve_covers;
+use super::forward::{curve_covers, says_alike};
 use super::prune::worth_a_curve;
 use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
@@ -81,6 +81,10 @@ impl<'p> Search<'p> {
         let least = least.min_by(|a, b| a.1.misfit().total_cmp(&b.1.misfit()));
         // Nothing follows without either.
         let Some((k, base)) = least else { return true };
+        let further = candidate_of(&supposed[k]);
+        if !base.hypothesis.supposed().iter().any(|e| says_alike(e, &further)) {
+            return true;
+        }
         let leads = self.leads_over_remainders(&base, (fit, &supposed[k]), None);
         leads.is_none_or(|all| !all.iter().any(|l| l.is_beaten(false, &self.decision)))
     }
