@@ -1,33 +1,15 @@
 //! `lacuna fleet` as a user runs it: shares, what is done before, what fails, and who is unlike the others.
 
-use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
-use lacuna::plants::integrate::rk4_sampled;
-use lacuna::plants::{Model, System};
-use lacuna::recordings::{Column, Recording, write_csv_with_time};
+mod arm;
+
+use arm::{MODEL, record};
+use lacuna::plants::Model;
+use lacuna::recordings::write_csv_with_time;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-const STEP: f64 = 0.01;
 const ROWS: usize = 400;
-const NOISE: f64 = 1e-3;
-
-const MODEL: &str = r#"name = "arm"
-[parameters]
-J = { value = 0.05, unit = "kg m^2", tolerance = 0.1 }
-b = { value = 0.03, unit = "N m s/rad", tolerance = 0.1 }
-mgl = { value = 0.4, unit = "N m", tolerance = 0.1 }
-[[input]]
-name = "tau"
-unit = "N m"
-[[coordinate]]
-name = "q"
-velocity = "dq"
-unit = "rad"
-[mechanics]
-mass = [["J"]]
-force = ["tau - b*dq - mgl*sin(q)"]
-"#;
 
 const FLEET: &str = r#"model = "arm.toml"
 machines = "data/*/"
@@ -70,8 +52,12 @@ impl Fleet {
         let folder = self.path(&format!("data/m{m}"));
         std::fs::create_dir_all(&folder).unwrap();
         for (run, name) in ["run.csv", "proof.csv"].iter().enumerate() {
-            write_csv_with_time(&folder.join(name), &recording(&truth, (m * 2 + run) as u64), "t")
-                .unwrap();
+            write_csv_with_time(
+                &folder.join(name),
+                &record(&truth, (11, (m * 2 + run) as u64), ROWS),
+                "t",
+            )
+            .unwrap();
         }
     }
 
@@ -96,28 +82,6 @@ impl Fleet {
 
 fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn recording(truth: &Model, seed: u64) -> Recording {
-    let mut rng = rng(11, seed);
-    let ranges = SinusoidRanges {
-        amplitude: 0.1..=0.3,
-        angular_frequency: 0.5..=6.0,
-        phase: 0.0..=std::f64::consts::TAU,
-    };
-    let time: Vec<f64> = (0..ROWS).map(|k| STEP * k as f64).collect();
-    let torque = SumOfSinusoids::random(&mut rng, 1, 4, &ranges).unwrap().sample(&time);
-    let system = System::new(truth);
-    let motion =
-        rk4_sampled(&system, &system.at_rest(&[0.2, 0.0]), &time, &torque, truth.hold, 8).unwrap();
-    let mut angle: Vec<f64> = (0..ROWS).map(|k| motion.state(k)[0]).collect();
-    add_gaussian_noise(&mut angle, NOISE, &mut rng).unwrap();
-    let column = |name: &str, values| Column { name: name.to_owned(), values };
-    Recording {
-        name: String::new(),
-        time,
-        columns: vec![column("q", angle), column("tau", torque)],
-    }
 }
 
 fn bytes(path: &Path) -> Vec<u8> {

@@ -1,40 +1,21 @@
 //! `lacuna check`, `simulate` and `diagnose` on MCAP logs: what they say of the same run as CSV.
 
-use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
-use lacuna::plants::integrate::rk4_sampled;
-use lacuna::plants::{Model, System};
-use lacuna::recordings::{Column, Recording, write_csv};
+mod arm;
+#[path = "../crates/recordings/tests/shared/joint_state.rs"]
+mod joint_state;
+
+use arm::{MODEL, record};
+use joint_state::{SCHEMA, joint_state};
+use lacuna::plants::Model;
+use lacuna::recordings::{Recording, write_csv};
 use mcap::records::MessageHeader;
 use serde_json::Value;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-const STEP: f64 = 0.01;
 const ROWS: usize = 700;
-const NOISE: f64 = 1e-3;
 const RUNS: usize = 3;
-
-const MODEL: &str = r#"name = "arm"
-
-[parameters]
-J = { value = 0.05, unit = "kg m^2", tolerance = 0.1 }
-b = { value = 0.03, unit = "N m s/rad", tolerance = 0.1 }
-mgl = { value = 0.4, unit = "N m", tolerance = 0.1 }
-
-[[input]]
-name = "tau"
-unit = "N m"
-
-[[coordinate]]
-name = "q"
-velocity = "dq"
-unit = "rad"
-
-[mechanics]
-mass = [["J"]]
-force = ["tau - b*dq - mgl*sin(q)"]
-"#;
 
 const FRICTION: &str = "\n[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = 0.06\nsmoothing_velocity = 0.02\n";
 
@@ -51,8 +32,6 @@ of = "tau"
 unit = "N m"
 "#;
 
-const JOINTS: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n\
-    float64[] effort\n================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
 /// When the logs begin, ns.
 const START: u64 = 1_750_000_000_000_000_000;
 const MILLISECOND: u64 = 1_000_000;
@@ -67,7 +46,7 @@ impl Bench {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let truth = Model::from_text(&format!("{MODEL}{FRICTION}"), "truth.toml").unwrap();
-        let runs = (0..RUNS).map(|run| record(&truth, run as u64)).collect();
+        let runs = (0..RUNS).map(|run| record(&truth, (7, run as u64), ROWS)).collect();
         let bench = Self { folder, runs };
         std::fs::write(bench.path("model.toml"), MODEL).unwrap();
         std::fs::write(bench.path("log.toml"), format!("{MODEL}{MEASURED}")).unwrap();
@@ -133,27 +112,6 @@ impl Bench {
     }
 }
 
-fn record(truth: &Model, run: u64) -> Recording {
-    let mut rng = rng(7, run);
-    let ranges = SinusoidRanges {
-        amplitude: 0.1..=0.3,
-        angular_frequency: 0.5..=6.0,
-        phase: 0.0..=std::f64::consts::TAU,
-    };
-    let time: Vec<f64> = (0..ROWS).map(|k| STEP * k as f64).collect();
-    let torque = SumOfSinusoids::random(&mut rng, 1, 4, &ranges).unwrap().sample(&time);
-    let system = System::new(truth);
-    let start = system.at_rest(&[0.2, 0.0]);
-    let motion = rk4_sampled(&system, &start, &time, &torque, truth.hold, 8).unwrap();
-    let mut angle: Vec<f64> = (0..ROWS).map(|k| motion.state(k)[0]).collect();
-    add_gaussian_noise(&mut angle, NOISE, &mut rng).unwrap();
-    let columns = vec![
-        Column { name: "q".to_owned(), values: angle },
-        Column { name: "tau".to_owned(), values: torque },
-    ];
-    Recording { name: String::new(), time, columns }
-}
-
 /// How a log is stamped.
 #[derive(Clone, Copy, PartialEq)]
 enum Clocks {
@@ -168,7 +126,7 @@ enum Clocks {
 fn log(path: &Path, run: &Recording, clocks: Clocks) {
     let mut writer = mcap::Writer::new(File::create(path).unwrap()).unwrap();
     let schema =
-        writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", JOINTS.as_bytes()).unwrap();
+        writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", SCHEMA.as_bytes()).unwrap();
     let joint = writer.add_channel(schema, "/joint_states", "cdr", &Default::default()).unwrap();
     let command = writer.add_channel(0, "/command", "json", &Default::default()).unwrap();
     let imu = writer.add_channel(0, "/imu", "json", &Default::default()).unwrap();
@@ -182,7 +140,7 @@ fn log(path: &Path, run: &Recording, clocks: Clocks) {
                 (time - 5_000 * MILLISECOND, time + delay, time - MILLISECOND)
             }
         };
-        messages.push((logged, joint, joint_state(stamp, *q)));
+        messages.push((logged, joint, joint_state(stamp, &["arm"], [&[*q], &[0.0], &[]])));
         messages.push((sent, command, format!("{{\"torque\": {tau:?}}}").into_bytes()));
         let accelerations = (0..10).map(|j| {
             (time + j * MILLISECOND, imu, format!("{{\"x\": {j}, \"y\": 0.5}}").into_bytes())
@@ -196,32 +154,6 @@ fn log(path: &Path, run: &Recording, clocks: Clocks) {
         writer.write_to_known_channel(&header, &data).unwrap();
     }
     writer.finish().unwrap();
-}
-
-/// Little-endian CDR of a JointState of one joint at rest.
-fn joint_state(stamp: u64, position: f64) -> Vec<u8> {
-    let mut data = vec![0, 1, 0, 0];
-    data.extend(((stamp / 1_000_000_000) as i32).to_le_bytes());
-    data.extend(((stamp % 1_000_000_000) as u32).to_le_bytes());
-    let length = |data: &mut Vec<u8>, length: u32| {
-        data.resize((data.len() - 4).next_multiple_of(4) + 4, 0);
-        data.extend(length.to_le_bytes());
-    };
-    let text = |data: &mut Vec<u8>, text: &str| {
-        length(data, text.len() as u32 + 1);
-        data.extend(text.as_bytes());
-        data.push(0);
-    };
-    text(&mut data, "base");
-    length(&mut data, 1);
-    text(&mut data, "arm");
-    for value in [position, 0.0] {
-        length(&mut data, 1);
-        data.resize((data.len() - 4).next_multiple_of(8) + 4, 0);
-        data.extend(value.to_le_bytes());
-    }
-    length(&mut data, 0);
-    data
 }
 
 /// The same numbers at the same times: nothing but the rounding of times differs.

@@ -1,40 +1,18 @@
 //! `lacuna simulate`, `lacuna diagnose` and `lacuna demo` as a user runs them.
 
+mod arm;
+
+use arm::{MODEL, NOISE, record};
 use lacuna::discrepancy::Diagnosis;
 use lacuna::discrepancy::diagnosis::Verdict;
-use lacuna::excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
-use lacuna::plants::integrate::rk4_sampled;
-use lacuna::plants::{Model, System};
-use lacuna::recordings::{Column, Recording, RecordingSource, write_csv_with_time};
+use lacuna::excitation::{add_gaussian_noise, rng};
+use lacuna::plants::Model;
+use lacuna::recordings::{Column, RecordingSource, write_csv_with_time};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-const STEP: f64 = 0.01;
 const ROWS: usize = 700;
-const NOISE: f64 = 1e-3;
-
-const MODEL: &str = r#"# A motor that turns an arm.
-name = "arm"
-
-[parameters]
-J = { value = 0.05, unit = "kg m^2", tolerance = 0.1 }
-b = { value = 0.03, unit = "N m s/rad", tolerance = 0.1 }
-mgl = { value = 0.4, unit = "N m", tolerance = 0.1 }
-
-[[input]]
-name = "tau"
-unit = "N m"
-
-[[coordinate]]
-name = "q"
-velocity = "dq"
-unit = "rad"
-
-[mechanics]
-mass = [["J"]]
-force = ["tau - b*dq - mgl*sin(q)"]
-"#;
 
 const FRICTION: &str = "\n[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = 0.06\nsmoothing_velocity = 0.02\n";
 
@@ -51,7 +29,7 @@ impl Bench {
         let truth = Model::from_text(&format!("{MODEL}{concealed}"), "truth.toml").unwrap();
         for run in 0..3 {
             let path = bench.path(&format!("run{run}.csv"));
-            write_csv_with_time(&path, &record(&truth, run), "t").unwrap();
+            write_csv_with_time(&path, &record(&truth, (7, run), ROWS), "t").unwrap();
         }
         bench
     }
@@ -102,27 +80,6 @@ fn lacuna(folder: &Path, arguments: &[&str]) -> Output {
 
 fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn record(truth: &Model, run: u64) -> Recording {
-    let mut rng = rng(7, run);
-    let ranges = SinusoidRanges {
-        amplitude: 0.1..=0.3,
-        angular_frequency: 0.5..=6.0,
-        phase: 0.0..=std::f64::consts::TAU,
-    };
-    let time: Vec<f64> = (0..ROWS).map(|k| STEP * k as f64).collect();
-    let torque = SumOfSinusoids::random(&mut rng, 1, 4, &ranges).unwrap().sample(&time);
-    let system = System::new(truth);
-    let start = system.at_rest(&[0.2, 0.0]);
-    let motion = rk4_sampled(&system, &start, &time, &torque, truth.hold, 8).unwrap();
-    let mut angle: Vec<f64> = (0..ROWS).map(|k| motion.state(k)[0]).collect();
-    add_gaussian_noise(&mut angle, NOISE, &mut rng).unwrap();
-    let columns = vec![
-        Column { name: "q".to_owned(), values: angle },
-        Column { name: "tau".to_owned(), values: torque },
-    ];
-    Recording { name: String::new(), time, columns }
 }
 
 const RUNS: [&str; 3] = ["run0.csv", "run1.csv", "run2.csv"];

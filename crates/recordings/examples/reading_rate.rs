@@ -10,12 +10,16 @@
 //! Parquet twenty columns of noise. `read` reads a position and a command, then all columns, and tells megabytes of the
 //! file per second and the most memory that it took.
 
+#[path = "../tests/shared/joint_state.rs"]
+mod joint_state;
+
 use std::error::Error;
 use std::fs::{self, File};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use joint_state::{SCHEMA, joint_state};
 use lacuna_recordings::{RecordingSource, Wanted, read_log};
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions};
@@ -25,8 +29,6 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
 const JOINTS: usize = 7;
-const JOINT_STATE: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n\
-    float64[] effort\n================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
 const IMU: &str = "float64[9] orientation\nfloat64[3] rates\nfloat64[3] accelerations\n";
 const START: u64 = 1_750_000_000_000_000_000;
 const COLUMNS: usize = 20;
@@ -37,30 +39,13 @@ fn noise(k: usize) -> f64 {
     (k as f64 * 0.618_033_988_749_895).fract()
 }
 
-/// Little-endian CDR of the joints' states at the k-th time.
-fn joint_state(k: usize) -> Vec<u8> {
-    let mut data = vec![0, 1, 0, 0];
-    let stamp = START + k as u64 * 1_000_000;
-    data.extend(((stamp / 1_000_000_000) as i32).to_le_bytes());
-    data.extend(((stamp % 1_000_000_000) as u32).to_le_bytes());
-    let length = |data: &mut Vec<u8>, length: usize| {
-        data.resize((data.len() - 4).next_multiple_of(4) + 4, 0);
-        data.extend((length as u32).to_le_bytes());
-    };
-    let text = |data: &mut Vec<u8>, text: &str| {
-        length(data, text.len() + 1);
-        data.extend(text.as_bytes());
-        data.push(0);
-    };
-    text(&mut data, "base_link");
-    length(&mut data, JOINTS);
-    (0..JOINTS).for_each(|j| text(&mut data, &format!("arm_joint_{j}")));
-    for list in 0..3 {
-        length(&mut data, JOINTS);
-        data.resize((data.len() - 4).next_multiple_of(8) + 4, 0);
-        (0..JOINTS).for_each(|j| data.extend(noise(k * 21 + list * 7 + j).to_le_bytes()));
-    }
-    data
+/// The joints' states at the k-th time.
+fn joints(k: usize) -> Vec<u8> {
+    let names: Vec<String> = (0..JOINTS).map(|j| format!("arm_joint_{j}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let list = |l: usize| -> Vec<f64> { (0..JOINTS).map(|j| noise(k * 21 + l * 7 + j)).collect() };
+    let [positions, velocities, efforts] = [0, 1, 2].map(list);
+    joint_state(START + k as u64 * 1_000_000, &names, [&positions, &velocities, &efforts])
 }
 
 fn make_mcap(path: &Path, bytes: u64) -> Result<(), Box<dyn Error>> {
@@ -71,10 +56,10 @@ fn make_mcap(path: &Path, bytes: u64) -> Result<(), Box<dyn Error>> {
     let schema = |writer: &mut mcap::Writer<_>, name, text: &str| {
         writer.add_schema(name, "ros2msg", text.as_bytes())
     };
-    let joints = schema(&mut writer, "sensor_msgs/msg/JointState", JOINT_STATE)?;
+    let state = schema(&mut writer, "sensor_msgs/msg/JointState", SCHEMA)?;
     let imu = schema(&mut writer, "own_msgs/msg/Imu", IMU)?;
     let none = Default::default();
-    let joints = writer.add_channel(joints, "/joint_states", "cdr", &none)?;
+    let state = writer.add_channel(state, "/joint_states", "cdr", &none)?;
     let imu = writer.add_channel(imu, "/imu", "cdr", &none)?;
     let command = writer.add_channel(0, "/command", "json", &none)?;
     for k in 0.. {
@@ -84,7 +69,7 @@ fn make_mcap(path: &Path, bytes: u64) -> Result<(), Box<dyn Error>> {
             let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
             writer.write_to_known_channel(&header, data)
         };
-        put(joints, &joint_state(k))?;
+        put(state, &joints(k))?;
         let numbers = (0..15).flat_map(|j| noise(k * 15 + j).to_le_bytes());
         put(imu, &[0, 1, 0, 0].into_iter().chain(numbers).collect::<Vec<u8>>())?;
         if k % 10 == 0 {

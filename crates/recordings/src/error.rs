@@ -370,6 +370,17 @@ pub enum RecordingError {
     },
 }
 
+impl RecordingError {
+    /// The columns for want of which a file is of no use, if that is what is wrong.
+    pub(crate) fn missing_columns(&self) -> &[String] {
+        match self {
+            Self::NoSuchColumn { wanted, .. } => std::slice::from_ref(wanted),
+            Self::NothingMeasured { measured, .. } => measured,
+            _ => &[],
+        }
+    }
+}
+
 fn named(extension: &str) -> String {
     if extension.is_empty() { "unnamed".into() } else { format!(".{extension}") }
 }

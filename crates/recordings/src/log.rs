@@ -34,10 +34,11 @@ impl Wanted {
     /// And columns without which the file is of no use.
     #[must_use]
     pub fn needing(mut self, names: impl IntoIterator<Item = String>) -> Self {
-        self.needed.extend(names);
+        let names: Vec<String> = names.into_iter().collect();
         if let Some(only) = &mut self.only {
-            only.extend(self.needed.iter().cloned());
+            only.extend(names.iter().cloned());
         }
+        self.needed.extend(names);
         self
     }
 

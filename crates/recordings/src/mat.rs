@@ -7,7 +7,6 @@
 mod arrays;
 mod stream;
 
-use std::fs::File;
 use std::io::BufReader;
 
 use lacuna_units::names::nearest;
@@ -16,9 +15,9 @@ use crate::error::RecordingError;
 use crate::log::{Log, Wanted};
 use crate::memory::Budget;
 use crate::parquet::LONGEST_LIST;
-use crate::reader::Reader;
+use crate::reader::{Reader, open};
 use crate::recording::{Column, Recording};
-use crate::source::{RecordingSource, Selection};
+use crate::source::RecordingSource;
 use arrays::{Array, Arrays};
 
 /// What versions that are not read are told.
@@ -42,10 +41,7 @@ impl Reader for Mat {
     }
 
     fn read(&self, source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
-        let unreadable =
-            |error| RecordingError::Unreadable { path: source.path.clone(), source: error };
-        let file = File::open(&source.path).map_err(unreadable)?;
-        let bytes = file.metadata().map_err(unreadable)?.len();
+        let (file, bytes) = open(&source.path)?;
         let name = source.path.display().to_string();
         let mut arrays = Arrays::new(wanted, Budget::of(&name, bytes));
         arrays.read(&mut BufReader::new(file), &name)?;
@@ -90,7 +86,7 @@ impl Layout {
 impl Table<'_> {
     fn log(mut self, source: &RecordingSource) -> Result<Log, RecordingError> {
         let time = self.time()?;
-        let rows = self.selected(&time, source.selection)?;
+        let rows = source.selection.picked(&time, &self.file)?;
         let picked = |values: &[f64], from: usize, step: usize| -> Vec<f64> {
             rows.iter().map(|&row| values[from + row * step]).collect()
         };
@@ -142,22 +138,6 @@ impl Table<'_> {
         Ok(values)
     }
 
-    /// The rows of a selection.
-    fn selected(&self, time: &[f64], selection: Selection) -> Result<Vec<usize>, RecordingError> {
-        let (file, rows) = (self.file.clone(), time.len());
-        if let Selection::Rows { to: Some(to), .. } = selection
-            && to > rows
-        {
-            return Err(RecordingError::SelectionBeyondEnd { file, selection, rows });
-        }
-        let is_in = |k: &usize| selection.has_row(*k) && selection.has_time(time[*k]);
-        let picked: Vec<usize> = (0..rows).filter(is_in).collect();
-        if picked.is_empty() {
-            return Err(RecordingError::EmptySelection { file, selection, rows });
-        }
-        Ok(picked)
-    }
-
     /// How an array is columns; none, and why, where it is none.
     fn layout(&mut self, array: &Array, times: usize) -> Option<Layout> {
         let layout = Layout::of(&array.dims, times);
@@ -174,12 +154,8 @@ impl Table<'_> {
 
     /// A column that is missing because its variable is not read is answered with the reason.
     fn why(&self, error: RecordingError) -> RecordingError {
-        let missing = match &error {
-            RecordingError::NoSuchColumn { wanted, .. } => std::slice::from_ref(wanted),
-            RecordingError::NothingMeasured { measured, .. } => measured,
-            _ => return error,
-        };
-        missing.iter().find_map(|name| self.reason(name)).unwrap_or(error)
+        let why = error.missing_columns().iter().find_map(|name| self.reason(name));
+        why.unwrap_or(error)
     }
 
     /// Why a variable, or what it is a part of, is not read.

@@ -26,9 +26,9 @@ use lacuna_units::names::nearest;
 use crate::error::RecordingError;
 use crate::log::{Clock, Log, Wanted};
 use crate::memory::{Budget, LARGEST_PIECE};
-use crate::reader::Reader;
+use crate::reader::{Reader, open};
 use crate::recording::{Column, Recording};
-use crate::source::{RecordingSource, Selection};
+use crate::source::RecordingSource;
 use clocks::{Ordered, Times};
 use definition::Schema;
 use message::{Encoding, Numbers};
@@ -60,10 +60,7 @@ impl Reader for Mcap {
     }
 
     fn read(&self, source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
-        let unreadable =
-            |error| RecordingError::Unreadable { path: source.path.clone(), source: error };
-        let file = File::open(&source.path).map_err(unreadable)?;
-        let bytes = file.metadata().map_err(unreadable)?.len();
+        let (file, bytes) = open(&source.path)?;
         let name = source.path.display().to_string();
         let mut messages = Messages {
             budget: Budget::of(&name, bytes),
@@ -284,19 +281,8 @@ impl Messages<'_> {
         base: usize,
     ) -> Result<Log, RecordingError> {
         let all = &ordered[base].times;
-        let (file, selection) = (self.file.clone(), source.selection);
-        let rows = all.len();
-        if let Selection::Rows { to: Some(to), .. } = selection
-            && to > rows
-        {
-            return Err(RecordingError::SelectionBeyondEnd { file, selection, rows });
-        }
-        let is_in = |k: &usize| selection.has_row(*k) && selection.has_time(all[*k]);
-        let picked: Vec<usize> = (0..rows).filter(is_in).collect();
+        let picked = source.selection.picked(all, &self.file)?;
         let times: Vec<f64> = picked.iter().map(|&k| all[k]).collect();
-        if times.is_empty() {
-            return Err(RecordingError::EmptySelection { file, selection, rows });
-        }
         let mut columns = vec![Column { name: self.wanted.time.clone(), values: times.clone() }];
         for (k, topic) in self.topics.values().enumerate() {
             let own = &ordered[k];
@@ -330,11 +316,7 @@ impl Messages<'_> {
 
     /// A column that is missing because its topic is not read is answered with the reason.
     fn why(&self, error: RecordingError) -> RecordingError {
-        let missing = match &error {
-            RecordingError::NoSuchColumn { wanted, .. } => std::slice::from_ref(wanted),
-            RecordingError::NothingMeasured { measured, .. } => measured,
-            _ => return error,
-        };
+        let missing = error.missing_columns();
         let of = |(topic, _): &(&String, &String)| {
             let start = format!("{topic}.");
             missing.iter().any(|name| name.starts_with(&start))

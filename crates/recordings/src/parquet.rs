@@ -20,7 +20,7 @@ use lacuna_units::names::nearest;
 use crate::error::RecordingError;
 use crate::log::{Log, Wanted};
 use crate::memory::Budget;
-use crate::reader::Reader;
+use crate::reader::{Reader, open};
 use crate::recording::{Column, Recording};
 use crate::source::{RecordingSource, Selection};
 use schema::Leaf;
@@ -68,8 +68,7 @@ impl Table {
     fn open(path: &Path) -> Result<Self, RecordingError> {
         let file = path.display().to_string();
         let unreadable = |source| RecordingError::Unreadable { path: path.into(), source };
-        let opened = File::open(path).map_err(unreadable)?;
-        let bytes = opened.metadata().map_err(unreadable)?.len();
+        let (opened, bytes) = open(path)?;
         let raw = opened.try_clone().map_err(unreadable)?;
         let reader = SerializedFileReader::new(opened).map_err(|e| broken(&file, &e))?;
         let metadata = reader.metadata();

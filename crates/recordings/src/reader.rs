@@ -87,6 +87,14 @@ fn choose<'r>(readers: &[&'r dyn Reader], path: &Path) -> Result<&'r dyn Reader,
     })
 }
 
+/// A file that is there to be read, and how many bytes it has.
+pub(crate) fn open(path: &Path) -> Result<(File, u64), RecordingError> {
+    let opened = File::open(path).and_then(|file| Ok((file.metadata()?.len(), file)));
+    let (bytes, file) =
+        opened.map_err(|source| RecordingError::Unreadable { path: path.into(), source })?;
+    Ok((file, bytes))
+}
+
 fn head(path: &Path) -> Result<Vec<u8>, RecordingError> {
     let mut head = Vec::new();
     let read = File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));

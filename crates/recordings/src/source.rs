@@ -9,6 +9,8 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
+use crate::error::RecordingError;
+
 /// A part of a file. Ranges are half-open; an end left out reaches to the file's end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Selection {
@@ -50,6 +52,32 @@ impl Selection {
             }
             _ => true,
         }
+    }
+}
+
+impl Selection {
+    /// The rows that it has, of so many times of a file.
+    ///
+    /// # Errors
+    /// [`RecordingError::SelectionBeyondEnd`], and [`RecordingError::EmptySelection`] where there are none.
+    pub(crate) fn picked(self, times: &[f64], file: &str) -> Result<Vec<usize>, RecordingError> {
+        let rows = times.len();
+        if let Self::Rows { to: Some(to), .. } = self
+            && to > rows
+        {
+            let file = file.into();
+            return Err(RecordingError::SelectionBeyondEnd { file, selection: self, rows });
+        }
+        let is_in = |k: &usize| self.has_row(*k) && self.has_time(times[*k]);
+        let picked: Vec<usize> = (0..rows).filter(is_in).collect();
+        if picked.is_empty() {
+            return Err(RecordingError::EmptySelection {
+                file: file.into(),
+                selection: self,
+                rows,
+            });
+        }
+        Ok(picked)
     }
 }
 

@@ -1,52 +1,29 @@
 //! Reading MCAP: joint states and commands of two topics on one time.
 
+#[path = "shared/joint_state.rs"]
+mod joint_state;
+
 use std::fs::{self, File};
 use std::path::Path;
 
+use joint_state::{SCHEMA, joint_state};
 use lacuna_recordings::{RecordingSource, Wanted, read, read_log};
 use mcap::records::MessageHeader;
 use tempfile::TempDir;
 
-const JOINTS: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n\
-    float64[] effort\n================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
 const START: u64 = 1_750_000_000_000_000_000;
 
-/// Little-endian CDR of a JointState of two joints, all but efforts, stamped 5 s before the log's clock.
+/// Two joints, all but efforts, stamped 5 s before the log's clock.
 fn joints(k: u64) -> Vec<u8> {
-    let mut data = vec![0, 1, 0, 0];
+    let at = k as f64 / 7.0;
     let stamp = START - 5_000_000_000 + k * 10_000_000;
-    let align = |data: &mut Vec<u8>, n: usize| {
-        data.resize((data.len() - 4).next_multiple_of(n) + 4, 0);
-    };
-    data.extend(((stamp / 1_000_000_000) as i32).to_le_bytes());
-    data.extend(((stamp % 1_000_000_000) as u32).to_le_bytes());
-    let text = |data: &mut Vec<u8>, text: &str| {
-        align(data, 4);
-        data.extend((text.len() as u32 + 1).to_le_bytes());
-        data.extend(text.as_bytes());
-        data.push(0);
-    };
-    text(&mut data, "base");
-    align(&mut data, 4);
-    data.extend(2u32.to_le_bytes());
-    text(&mut data, "shoulder");
-    text(&mut data, "elbow");
-    for scale in [1.0, 2.0] {
-        align(&mut data, 4);
-        data.extend(2u32.to_le_bytes());
-        align(&mut data, 8);
-        data.extend((scale * k as f64 / 7.0).to_le_bytes());
-        data.extend((-scale * k as f64 / 7.0).to_le_bytes());
-    }
-    align(&mut data, 4);
-    data.extend(0u32.to_le_bytes());
-    data
+    joint_state(stamp, &["shoulder", "elbow"], [&[at, -at], &[2.0 * at, -2.0 * at], &[]])
 }
 
 fn write(path: &Path) {
     let mut writer = mcap::Writer::new(File::create(path).unwrap()).unwrap();
     let schema =
-        writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", JOINTS.as_bytes()).unwrap();
+        writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", SCHEMA.as_bytes()).unwrap();
     let joint = writer.add_channel(schema, "/joint_states", "cdr", &Default::default()).unwrap();
     let command = writer.add_channel(0, "/command", "json", &Default::default()).unwrap();
     let mut put = |channel_id, log_time, data: &[u8]| {

@@ -23,16 +23,22 @@ fn from_pinocchio((python, script): (&str, &str), file: &Path, seed: u64) -> f64
     })
 }
 
-#[test]
-fn drawn_trees_move_as_pinocchio_says() {
+/// Trees that are drawn with so many joints from a seed.
+fn all_as_pinocchio_says(draw: fn(usize, u64) -> String, script: &str, drawn: &[(usize, u64)]) {
     let Some(python) = python("pinocchio", "pin") else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    for (joints, seed) in [(1, 1), (3, 2), (6, 3), (7, 4), (15, 5), (30, 6), (30, 7)] {
+    for &(joints, seed) in drawn {
         let file = folder.path().join("robot.urdf");
-        std::fs::write(&file, drawn_urdf(joints, seed)).expect("a file");
-        let worst = from_pinocchio((&python, FREE), &file, seed);
+        std::fs::write(&file, draw(joints, seed)).expect("a file");
+        let worst = from_pinocchio((&python, script), &file, seed);
         assert!(worst < 1e-10, "{joints} joints, seed {seed}: {worst:e}");
     }
+}
+
+#[test]
+fn drawn_trees_move_as_pinocchio_says() {
+    let drawn = [(1, 1), (3, 2), (6, 3), (7, 4), (15, 5), (30, 6), (30, 7)];
+    all_as_pinocchio_says(drawn_urdf, FREE, &drawn);
 }
 
 #[test]
@@ -50,24 +56,12 @@ fn published_robots_move_as_pinocchio_says() {
 /// Every type of joint, joints that follow others among them, in trees of up to 30 joints.
 #[test]
 fn drawn_trees_of_every_joint_move_as_pinocchio_says() {
-    let Some(python) = python("pinocchio", "pin") else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    for (joints, seed) in [(5, 1), (8, 2), (12, 3), (20, 4), (30, 5), (30, 6)] {
-        let file = folder.path().join("robot.urdf");
-        std::fs::write(&file, drawn_every_joint(joints, seed)).expect("a file");
-        let worst = from_pinocchio((&python, FREE), &file, seed);
-        assert!(worst < 1e-10, "{joints} joints, seed {seed}: {worst:e}");
-    }
+    let drawn = [(5, 1), (8, 2), (12, 3), (20, 4), (30, 5), (30, 6)];
+    all_as_pinocchio_says(drawn_every_joint, FREE, &drawn);
 }
 
 #[test]
 fn followers_move_as_those_of_pinocchio() {
-    let Some(python) = python("pinocchio", "pin") else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    for (joints, seed) in [(4, 1), (8, 2), (12, 3), (20, 4), (30, 5)] {
-        let file = folder.path().join("robot.urdf");
-        std::fs::write(&file, drawn_followers(joints, seed)).expect("a file");
-        let worst = from_pinocchio((&python, FOLLOWING), &file, seed);
-        assert!(worst < 1e-10, "{joints} joints, seed {seed}: {worst:e}");
-    }
+    let drawn = [(4, 1), (8, 2), (12, 3), (20, 4), (30, 5)];
+    all_as_pinocchio_says(drawn_followers, FOLLOWING, &drawn);
 }

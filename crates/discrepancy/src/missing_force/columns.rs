@@ -30,6 +30,12 @@ pub(super) struct Columns<'a> {
     pub effects: &'a [ModelEffect],
 }
 
+/// Root mean square; 0 of nothing.
+pub(super) fn rms(values: &[f64]) -> f64 {
+    let square: f64 = values.iter().map(|x| x * x).sum();
+    (square / values.len().max(1) as f64).sqrt()
+}
+
 impl Columns<'_> {
     /// The columns of each of several terms of one candidate, one an amplitude; none where it does not act on
     /// what the rows tell.
@@ -160,15 +166,14 @@ impl Columns<'_> {
         for along in self.along {
             let u = self.input(along, j);
             let [made, more] = [1.0, 1.0 + STEP].map(|by| self.made((along, c), (j, by), laws));
-            let size = (u.iter().map(|u| u * u).sum::<f64>() / u.len().max(1) as f64).sqrt();
-            let least = (least * size).max(f64::MIN_POSITIVE);
+            let least = (least * rms(&u)).max(f64::MIN_POSITIVE);
             for ((more, made), u) in more.iter().zip(made).zip(&u) {
                 let moved = ((more - made) / STEP).abs();
                 sum += (moved.max(least) / u.abs().max(least)).ln();
             }
             count += u.len();
         }
-        sum / f64::from(u32::try_from(count).unwrap_or(u32::MAX).max(1))
+        sum / count.max(1) as f64
     }
 
     /// What laws make of an input, were it so many times as large: its own, and what forces that depend on it add

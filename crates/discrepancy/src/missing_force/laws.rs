@@ -13,7 +13,7 @@
 //! this: hundreds of candidates on each of many joints cost seconds.
 
 use super::along::Along;
-use super::columns::{Column, Columns};
+use super::columns::{Column, Columns, rms};
 use super::rows::Rows;
 use super::subset::Subset;
 use super::{Belief, rows_of};
@@ -85,24 +85,22 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
     let plain: Vec<Candidate> = candidates.iter().filter(|c| is_plain(c)).copied().collect();
     let candidates = &plain[..];
     let Some(empty) = Pursuit::new(&columns, belief) else { return vec![] };
-    let prior_odds = belief.prior_odds;
-    let mut best =
-        empty.clone().pursued(candidates, prior_odds, tie).heard(&empty, candidates, tie);
+    let mut best = empty.clone().pursued(candidates, tie).heard(&empty, candidates, tie);
     // What is wrong in a sensor, or with a body, passes for many laws of single channels.
     if best.leaves_more_than_noise() {
-        for law in empty.of_many_channels(candidates, prior_odds) {
+        for law in empty.of_many_channels(candidates) {
             let mut begun = Pursuit { taken: vec![law], ..empty.clone() };
             if begun.quiet().is_none() {
                 continue;
             }
-            let other = begun.clone().pursued(candidates, prior_odds, tie);
+            let other = begun.clone().pursued(candidates, tie);
             let other = other.heard(&begun, candidates, tie);
             if other.deficit() < best.deficit() {
                 best = other;
             }
         }
     }
-    best.refine(&all_candidates, prior_odds);
+    best.refine(&all_candidates);
     best.obeyed(&all_candidates)
 }
 
@@ -178,6 +176,7 @@ struct Pursuit<'a> {
     taken: Vec<Taken>,
     /// The inputs that drive each channel alone.
     inputs_of: Vec<Vec<usize>>,
+    /// Nats against every single law.
     prior_odds: f64,
 }
 
@@ -312,29 +311,17 @@ impl<'a> Pursuit<'a> {
         Some(())
     }
 
-    /// The amplitudes of what is taken.
-    fn amplitudes(&self) -> Vec<Vec<f64>> {
-        self.base().map_or(vec![], |base| amplitudes(&self.taken, &base))
-    }
-
-    /// Whether a law with these amplitudes leaves an input most of what it is.
-    fn leaves_input(&self, candidate: &Candidate, shape: &[f64], amplitudes: &[f64]) -> bool {
-        let Law::Input(law) = candidate.effect.law else { return true };
-        let taken = self.columns.taken_from_input(law, candidate.channel, shape);
-        amplitudes.iter().all(|share| share * share * taken < MOST_TAKEN)
-    }
-
-    /// The shapes of a candidate that may be: none that takes away most of an input.
-    fn shapes(&self, candidate: &Candidate) -> Vec<Vec<f64>> {
+    /// The shapes of a candidate that may be, none of which takes away most of an input; and the share of its power
+    /// that each takes.
+    fn shapes(&self, candidate: &Candidate) -> (Vec<Vec<f64>>, Vec<f64>) {
         let problem = self.columns.problem;
         let scales = problem.scales(candidate.effect, candidate.channel, candidate.other);
-        let mut shapes = candidate.shapes(&scales);
-        if let Law::Input(law) = candidate.effect.law {
-            shapes.retain(|shape| {
-                self.columns.taken_from_input(law, candidate.channel, shape) < MOST_TAKEN
-            });
-        }
-        shapes
+        let taken = |shape: &[f64]| match candidate.effect.law {
+            Law::Input(law) => self.columns.taken_from_input(law, candidate.channel, shape),
+            Law::Force(_) | Law::Sensor(_) | Law::Structure(_) => 0.0,
+        };
+        let all = candidate.shapes(&scales).into_iter().map(|shape| (taken(&shape), shape));
+        all.filter(|(taken, _)| *taken < MOST_TAKEN).map(|(taken, shape)| (shape, taken)).unzip()
     }
 
     /// Whether a law acts on this channel and by itself, without a reaction elsewhere.
@@ -358,15 +345,15 @@ impl<'a> Pursuit<'a> {
     /// The best shape of a candidate beside what is taken, and nats that it gains, all shapes counted.
     fn scored(&self, base: &Base, candidate: &Candidate) -> Option<(Taken, f64)> {
         let problem = self.columns.problem;
-        let shapes = self.shapes(candidate);
+        let (shapes, shares) = self.shapes(candidate);
         let (sd, magnitude) = priors(problem, candidate);
         let all = self.columns.of(candidate, &shapes);
         let mut tried: Vec<(usize, f64)> = vec![];
         for (number, columns) in all.iter().enumerate() {
             let gain = self.gain(base, columns, &sd, magnitude);
-            let may_be = |g: &(f64, Vec<f64>)| {
-                g.0.is_finite() && self.leaves_input(candidate, &shapes[number], &g.1)
-            };
+            // Twice a law takes four times the power.
+            let leaves_input = |by: &f64| by * by * shares[number] < MOST_TAKEN;
+            let may_be = |g: &(f64, Vec<f64>)| g.0.is_finite() && g.1.iter().all(leaves_input);
             tried.extend(gain.filter(may_be).map(|g| (number, g.0)));
         }
         let gain = log_sum_exp(tried.iter().map(|t| t.1)) - (shapes.len() as f64).ln();
@@ -417,17 +404,16 @@ impl<'a> Pursuit<'a> {
     }
 
     /// The laws that are found beside those that were taken.
-    fn pursued(mut self, candidates: &[Candidate], prior_odds: f64, tie: f64) -> Self {
-        self.begin(candidates, prior_odds);
-        self.run(candidates, prior_odds, tie);
+    fn pursued(mut self, candidates: &[Candidate], tie: f64) -> Self {
+        self.begin(candidates);
+        self.run(candidates, tie);
         self
     }
 
-    /// What is found where it explains the inputs that were recorded, and no less what was found without laws of
-    /// the inputs. Of a joint that its model needs hardly a torque for, a law that silences the actuator leaves as
-    /// little as friction does; but of what it silences it says nothing ([`Self::silenced`]).
+    /// These laws, or, on channels where others are likelier once the inputs must be explained too, what is found
+    /// without laws of their inputs. Of a joint that its model needs hardly a torque for, a law that silences the
+    /// actuator leaves as little as friction does; but of what it silences it says nothing ([`Self::silenced`]).
     fn heard(self, empty: &Self, candidates: &[Candidate], tie: f64) -> Self {
-        let prior_odds = empty.prior_odds;
         let on: Vec<usize> =
             (0..self.blocks.len()).filter(|&c| self.laws_of_inputs(c).next().is_some()).collect();
         if on.is_empty() {
@@ -438,7 +424,7 @@ impl<'a> Pursuit<'a> {
         let without = |channels: &[usize]| {
             let left: Vec<Candidate> =
                 candidates.iter().filter(|k| !drives(channels, k)).copied().collect();
-            empty.clone().pursued(&left, prior_odds, tie)
+            empty.clone().pursued(&left, tie)
         };
         let other = without(&on);
         let colour = |p: &Self, c: usize| p.blocks[c].as_ref().map_or(1.0, |b| b.colour);
@@ -488,10 +474,10 @@ impl<'a> Pursuit<'a> {
     /// likelier than another. No slope is smaller than the noise is beside the input. Where nothing but the sensors'
     /// noise is left, the input is what the machine got, and needs no explanation.
     fn silenced(&self, c: usize, block: &Block) -> f64 {
-        if block.white == 0 {
+        if block.white == 0 || self.laws_of_inputs(c).next().is_none() {
             return 0.0;
         }
-        let amplitudes = self.amplitudes();
+        let amplitudes = self.base().map_or(vec![], |base| amplitudes(&self.taken, &base));
         let rows: usize = self.columns.rows[c].iter().map(|(_, own)| own.right.len()).sum();
         let of = |j: usize| {
             let laws: Vec<(&Term, &[f64])> = self
@@ -499,15 +485,13 @@ impl<'a> Pursuit<'a> {
                 .filter(|(_, of)| *of == j)
                 .filter_map(|(k, _)| Some((&self.taken[k].term, amplitudes.get(k)?.as_slice())))
                 .collect();
-            let mut whitened = self.columns.of_input(j);
-            whitened.retain(|(d, _)| *d == c);
-            let Some((_, entries)) = whitened.first_mut().filter(|_| !laws.is_empty()) else {
+            if laws.is_empty() {
                 return 0.0;
-            };
-            block.whiten(&self.columns.rows[c], entries);
-            let square: f64 = entries.iter().map(|x| x * x).sum();
-            let loud = (square / entries.len().max(1) as f64).sqrt().max(1.0);
-            -self.columns.log_slope((j, c), &laws, 1.0 / loud)
+            }
+            let own = self.columns.of_input(j).into_iter().find(|(d, _)| *d == c);
+            let mut entries = own.map_or(vec![], |(_, entries)| entries);
+            block.whiten(&self.columns.rows[c], &mut entries);
+            -self.columns.log_slope((j, c), &laws, 1.0 / rms(&entries).max(1.0))
         };
         let all: f64 = self.inputs_of[c].iter().map(|j| of(*j)).sum();
         all * rows as f64
@@ -525,24 +509,24 @@ impl<'a> Pursuit<'a> {
     }
 
     /// The likeliest laws that move the rows of several channels at once.
-    fn of_many_channels(&self, candidates: &[Candidate], prior_odds: f64) -> Vec<Taken> {
+    fn of_many_channels(&self, candidates: &[Candidate]) -> Vec<Taken> {
         let Some(base) = self.base() else { return vec![] };
         let many = candidates.iter().filter(|c| acts_on_many(c)).collect::<Vec<_>>();
         let mut scored: Vec<(Taken, f64)> =
             many.into_par_iter().filter_map(|c| self.scored(&base, c)).collect();
-        scored.retain(|s| s.1 > prior_odds);
+        scored.retain(|s| s.1 > self.prior_odds);
         scored.sort_by(|a, b| b.1.total_cmp(&a.1));
         scored.into_iter().take(BEGINNINGS).map(|s| s.0).collect()
     }
 
     /// The likeliest laws of every channel by itself, beside those of many.
-    fn begin(&mut self, candidates: &[Candidate], prior_odds: f64) {
+    fn begin(&mut self, candidates: &[Candidate]) {
         let beside = self.taken.clone();
         for _ in 0..2 {
             self.taken.clone_from(&beside);
             let found: Vec<Vec<Taken>> = (0..self.blocks.len())
                 .into_par_iter()
-                .map(|c| self.of_channel(c, candidates, prior_odds))
+                .map(|c| self.of_channel(c, candidates))
                 .collect();
             self.taken.extend(found.into_iter().flatten());
             if self.quiet().is_none() {
@@ -552,7 +536,7 @@ impl<'a> Pursuit<'a> {
     }
 
     /// The likeliest laws of one channel by itself.
-    fn of_channel(&self, c: usize, candidates: &[Candidate], prior_odds: f64) -> Vec<Taken> {
+    fn of_channel(&self, c: usize, candidates: &[Candidate]) -> Vec<Taken> {
         let Some(block) = &self.blocks[c] else { return vec![] };
         let (problem, rows) = (self.columns.problem, &self.columns.rows[c]);
         let whiten = |entries: &[f64]| {
@@ -572,7 +556,7 @@ impl<'a> Pursuit<'a> {
             if self.taken.iter().any(|t| t.term.candidate.excludes(candidate)) {
                 continue;
             }
-            let shapes = self.shapes(candidate);
+            let (shapes, _) = self.shapes(candidate);
             let (sd, magnitude) = priors(problem, candidate);
             for (columns, shape) in self.columns.of(candidate, &shapes).into_iter().zip(shapes) {
                 let only = columns.iter().all(|col| col.len() == 1 && col[0].0 == c);
@@ -586,7 +570,7 @@ impl<'a> Pursuit<'a> {
             }
         }
         let series = |left: &[f64]| colour(series(rows, left).into_iter(), RELIABLE);
-        let chosen = subset.likeliest(prior_odds, series);
+        let chosen = subset.likeliest(self.prior_odds, series);
         let mut at = 0;
         made.retain(|_| {
             at += 1;
@@ -595,7 +579,7 @@ impl<'a> Pursuit<'a> {
         made
     }
 
-    fn run(&mut self, candidates: &[Candidate], prior_odds: f64, tie: f64) {
+    fn run(&mut self, candidates: &[Candidate], tie: f64) {
         for _ in 0..ROUNDS {
             let Some(base) = self.base() else { return };
             let have: Vec<Candidate> = self.taken.iter().map(|t| t.term.candidate).collect();
@@ -603,7 +587,7 @@ impl<'a> Pursuit<'a> {
                 candidates.iter().filter(|c| !have.iter().any(|h| h.excludes(c))).collect();
             let mut scored: Vec<(Taken, f64)> =
                 left.par_iter().filter_map(|c| self.scored(&base, c)).collect();
-            scored.retain(|s| s.1 > prior_odds);
+            scored.retain(|s| s.1 > self.prior_odds);
             scored.sort_by(|a, b| b.1.total_cmp(&a.1));
             let mut busy = vec![false; self.blocks.len()];
             let mut news = 0;
@@ -620,7 +604,7 @@ impl<'a> Pursuit<'a> {
             if self.quiet().is_none() {
                 return;
             }
-            self.revise(candidates, prior_odds, tie);
+            self.revise(candidates, tie);
             if news == 0 {
                 return;
             }
@@ -628,7 +612,7 @@ impl<'a> Pursuit<'a> {
     }
 
     /// Give up what is no longer missed, and put a law in another's place where it is the likelier.
-    fn revise(&mut self, candidates: &[Candidate], prior_odds: f64, tie: f64) {
+    fn revise(&mut self, candidates: &[Candidate], tie: f64) {
         let mut k = 0;
         while k < self.taken.len() {
             let others: Vec<&Taken> =
@@ -645,7 +629,7 @@ impl<'a> Pursuit<'a> {
             let here = scored.iter().find(|s| s.0.term.candidate == own).map_or(f64::MIN, |s| s.1);
             let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
             match best {
-                Some((taken, gain)) if gain > prior_odds => {
+                Some((taken, gain)) if gain > self.prior_odds => {
                     if gain > here + tie || taken.term.candidate == own {
                         self.taken[k] = taken;
                     }
@@ -659,7 +643,7 @@ impl<'a> Pursuit<'a> {
     }
 
     /// Put richer laws of its kind in the place of one where they are worth as much as a law of their own.
-    fn refine(&mut self, candidates: &[Candidate], prior_odds: f64) {
+    fn refine(&mut self, candidates: &[Candidate]) {
         for k in 0..self.taken.len() {
             let own = self.taken[k].term.candidate;
             let kin: Vec<&Candidate> = candidates
@@ -674,7 +658,7 @@ impl<'a> Pursuit<'a> {
                 kin.par_iter().filter_map(|c| self.scored(&base, c)).collect();
             let here = scored.iter().find(|s| s.0.term.candidate == own).map_or(f64::MIN, |s| s.1);
             let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-            if let Some((taken, _)) = best.filter(|b| b.1 > here + prior_odds) {
+            if let Some((taken, _)) = best.filter(|b| b.1 > here + self.prior_odds) {
                 self.taken[k] = taken;
             }
         }

@@ -29,13 +29,11 @@ const LENGTHS: [f64; 3] = [0.2, 0.5, 1.5];
 /// at every knot.
 const ROUNDING: f64 = 1e-9;
 
-/// How smooth a force is.
-#[derive(Clone, Copy)]
-enum Smooth {
-    /// Once differentiable.
-    Matern,
-    /// Ever differentiable.
-    Gauss,
+/// The kernels of this length of a force that is once differentiable, and of one that is ever.
+fn kernels(length: f64) -> [Box<dyn Kernel>; 2] {
+    let widths = vec![3f64.sqrt() * length];
+    let matern = Matern { smoothness: Smoothness::ThreeHalves, widths };
+    [Box::new(matern), Box::new(Gaussian { widths: vec![length] })]
 }
 
 /// Equidistant knots over the range of an entry of the state.
@@ -46,19 +44,11 @@ struct Axis {
 }
 
 impl Axis {
-    /// Root of the kernel's matrix at the knots.
-    fn root(&self, smooth: Smooth, length: f64) -> Option<DMatrix<f64>> {
+    /// Root of a kernel's matrix at the knots.
+    fn root(&self, kernel: &dyn Kernel) -> Option<DMatrix<f64>> {
         let at = |k: usize| [k as f64 / (self.knots - 1) as f64];
-        let matern =
-            Matern { smoothness: Smoothness::ThreeHalves, widths: vec![3f64.sqrt() * length] };
-        let gauss = Gaussian { widths: vec![length] };
-        let kernel = |i, j| match smooth {
-            Smooth::Matern => matern.evaluate(&at(i), &at(j)),
-            Smooth::Gauss => gauss.evaluate(&at(i), &at(j)),
-        };
-        let mut gram = DMatrix::from_fn(self.knots, self.knots, kernel);
-        (0..self.knots).for_each(|k| gram[(k, k)] += ROUNDING);
-        Some(gram.cholesky()?.unpack())
+        let entry = |i, j| kernel.evaluate(&at(i), &at(j)) + if i == j { ROUNDING } else { 0.0 };
+        Some(DMatrix::from_fn(self.knots, self.knots, entry).cholesky()?.unpack())
     }
 }
 
@@ -76,12 +66,11 @@ impl Screen<'_> {
         let normal = self.of_channel(channel, axes)?;
         let force = self.problem.force_scale(channel);
         let mut roots = vec![];
-        for smooth in [Smooth::Matern, Smooth::Gauss] {
+        for smooth in 0..2 {
             let mut of_all = vec![DMatrix::identity(1, 1)];
             for axis in axes {
-                let of_axis: Option<Vec<DMatrix<f64>>> =
-                    LENGTHS.iter().map(|length| axis.root(smooth, *length)).collect();
-                let of_axis = of_axis?;
+                let root = |length: &f64| axis.root(&*kernels(*length)[smooth]);
+                let of_axis: Vec<DMatrix<f64>> = LENGTHS.iter().map(root).collect::<Option<_>>()?;
                 let beside =
                     |r: &DMatrix<f64>| of_axis.iter().map(|a| r.kronecker(a)).collect::<Vec<_>>();
                 of_all = of_all.iter().flat_map(beside).collect();

@@ -150,17 +150,17 @@ impl<'p> Search<'p> {
             Some(_) => promised,
             None => with.log_evidence(inflation) - base.log_evidence(inflation),
         };
+        let (model, laws) = (self.problem.model, base.hypothesis.supposed());
+        let further = candidate_of(effect);
+        let is_alike = laws.iter().any(|e| says_alike(e, &further));
         let lead = |channel: usize| {
             let remainder = screen.remainder(channel)?;
-            let model = self.problem.model;
-            let further = candidate_of(effect);
-            let laws = || base.hypothesis.supposed().iter();
-            let acts = laws().any(|e| acts_on(model, e, channel));
-            let alike = acts && laws().any(|e| says_alike(e, &further));
+            let acts = laws.iter().any(|e| acts_on(model, e, channel));
+            let alike = acts && is_alike;
             let (promised, fitted) = (promised - remainder, fitted.max(promised) - remainder);
             Some(Lead { acts, alike, promised, fitted })
         };
-        let leads: Vec<Lead> = (0..self.problem.model.channels()).filter_map(lead).collect();
+        let leads: Vec<Lead> = (0..model.channels()).filter_map(lead).collect();
         for lead in &leads {
             self.watch.tell(&format!(
                 "{}: {:.1} nats before a force without a formula",

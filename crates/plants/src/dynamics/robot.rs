@@ -6,8 +6,9 @@
 //!
 //! with M and h of [`lacuna_rigid`], and what the file states of each joint: damping d, friction f, rotor inertia
 //! J, stiffness k of a spring that is at rest at q_0. What a joint that follows another states acts on the
-//! coordinate of that, by its ratio once as a force and once more by how far and how fast the joint goes. Parameters are, body by body, the ten of its inertia
-//! and d, f, J and k; behind them may stand what the model leaves out of its structure ([`Dynamics::tree`]).
+//! coordinate of that, by its ratio once as a force and once more by how far and how fast the joint goes.
+//! Parameters are, body by body, the ten of its inertia and d, f, J and k; behind them may stand what the
+//! model leaves out of its structure ([`Dynamics::tree`]).
 
 use super::{Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Point, Room, Sizes};
 use lacuna_effects::law::BODY;
