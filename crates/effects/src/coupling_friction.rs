@@ -7,7 +7,7 @@
 use crate::dry_friction::{SMOOTHING_VELOCITY, smooth_sign, smoothing_prior, smoothing_velocities};
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable,
+    Variable, coulomb_friction,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -24,7 +24,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&CouplingFriction),
     priors,
     shapes,
-    nature: Nature::PLAIN,
+    nature: Nature { apart: Some(&coulomb_friction::EFFECT), ..Nature::PLAIN },
 };
 
 /// Ratios that are looked for.

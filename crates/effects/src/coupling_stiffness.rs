@@ -2,7 +2,7 @@
 
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable, one_shape,
+    Variable, linear_stiffness, one_shape,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&CouplingStiffness),
     priors,
     shapes: one_shape,
-    nature: Nature::PLAIN,
+    nature: Nature { apart: Some(&linear_stiffness::EFFECT), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

@@ -82,6 +82,9 @@ pub struct Nature {
     pub memory_spread: fn(&[f64], &Scales, &mut [f64]),
     /// Value of its first parameter with which it does nothing: 0 of a force, 1 of a gain, infinite of a limit.
     pub absent: f64,
+    /// Of a law between two coordinates the law that each of them has where they do not act on each other;
+    /// its parameters are the first of this one's.
+    pub apart: Option<&'static Effect>,
     /// What the file of a robot can say of it, on a joint or its input; of effects on structure their
     /// numbers say it ([`crate::StructureLaw::numbers`]).
     pub stated: Option<Stated>,
@@ -97,6 +100,7 @@ impl Nature {
         ideal: &[0.0],
         memory_spread: |_, scales, spread| spread.fill(0.5 * scales.half_range()),
         absent: 0.0,
+        apart: None,
         stated: None,
     };
 }

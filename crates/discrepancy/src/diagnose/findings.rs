@@ -2,6 +2,7 @@
 
 use super::location;
 use super::outcome::Ladder;
+use crate::candidates::Candidate;
 use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding, FormulaFit, Support};
 use crate::missing_force::{Belief, MissingForce};
 use crate::probability::{self, ProbabilityMap};
@@ -53,9 +54,10 @@ impl Ladder<'_> {
                 (p.name.to_owned(), Estimate { value, std, unit, at_bound })
             })
             .collect();
-        let support = self.support(named);
+        let rivals = rivals_of(e, named);
+        let support = self.support(named.gain, &rivals);
         let probability = ProbabilityMap::fitted().probability(&support, &self.formula());
-        let alternatives = self.alternatives(probability, &named.rivals);
+        let alternatives = self.alternatives(probability, &rivals);
         let curve = self.curve(k, e);
         let mut says = words::says(e, &new, &at_bound, self.problem.model);
         if let (Some(curve), Some(over)) = (&curve, e.over()) {
@@ -74,7 +76,7 @@ impl Ladder<'_> {
             evidence: named.gain,
             support,
             curve,
-            experiment: self.experiment(&support, named),
+            experiment: self.experiment(&support, &rivals),
             channel: new.channel,
             other: new.other,
             parameters,
@@ -82,32 +84,37 @@ impl Ladder<'_> {
         }
     }
 
-    /// Rivals of a class of a probability, with theirs.
-    fn alternatives(&self, probability: f64, rivals: &[Rival]) -> Vec<Alternative> {
+    /// Rivals of a class of a probability, with theirs: a class once, however many of its laws are rivals.
+    fn alternatives(&self, probability: f64, rivals: &[&Rival]) -> Vec<Alternative> {
         let model = self.problem.model;
         let behind: Vec<f64> = rivals.iter().map(|r| r.behind).collect();
         let of_rivals = probability::rivals(probability, &behind);
-        let mut alternatives: Vec<Alternative> = rivals
-            .iter()
-            .zip(of_rivals)
-            .filter(|(_, probability)| *probability > WORTH_A_WORD)
-            .map(|(Rival { candidate: c, behind, .. }, probability)| Alternative {
-                class: c.effect.named_class().to_owned(),
-                channel: model.effect_channel_name(c.effect, c.channel).to_owned(),
-                probability,
-                behind: *behind,
-            })
-            .collect();
+        let mut alternatives: Vec<Alternative> = vec![];
+        for (Rival { candidate: c, behind, .. }, probability) in rivals.iter().zip(of_rivals) {
+            let (class, behind) = (c.effect.named_class(), *behind);
+            let channel = model.effect_channel_name(c.effect, c.channel);
+            match alternatives.iter_mut().find(|a| a.class == class && a.channel == channel) {
+                Some(same) => {
+                    same.probability += probability;
+                    same.behind = same.behind.min(behind);
+                }
+                None => {
+                    let (class, channel) = (class.to_owned(), channel.to_owned());
+                    alternatives.push(Alternative { class, channel, probability, behind });
+                }
+            }
+        }
+        alternatives.retain(|a| a.probability > WORTH_A_WORD);
         alternatives.sort_by(|a, b| a.behind.total_cmp(&b.behind));
         alternatives
     }
 
-    /// What speaks for a class by the evidence alone.
-    fn support(&self, named: &Named) -> Support {
-        let nothing = named.gain - self.decision.prior_odds;
-        let behind = named.rivals.iter().map(|r| r.behind).chain([nothing]);
-        let most = self.found.named.iter().map(|n| n.gain).fold(named.gain, f64::max);
-        let part = if most > 0.0 { (named.gain / most).max(0.0) } else { 1.0 };
+    /// What speaks by the evidence alone for a class that gains so much and has these rivals.
+    fn support(&self, gain: f64, rivals: &[&Rival]) -> Support {
+        let nothing = gain - self.decision.prior_odds;
+        let behind = rivals.iter().map(|r| r.behind).chain([nothing]);
+        let most = self.found.named.iter().map(|n| n.gain).fold(gain, f64::max);
+        let part = if most > 0.0 { (gain / most).max(0.0) } else { 1.0 };
         Support { log_odds: probability::log_odds(behind), part }
     }
 
@@ -120,8 +127,8 @@ impl Ladder<'_> {
     }
 
     /// What would tell an effect from its first rival, where the recordings leave that open.
-    fn experiment(&self, support: &Support, named: &Named) -> Option<Experiment> {
-        let first = named.rivals.iter().min_by(|a, b| a.behind.total_cmp(&b.behind))?;
+    fn experiment(&self, support: &Support, rivals: &[&Rival]) -> Option<Experiment> {
+        let first = rivals.iter().min_by(|a, b| a.behind.total_cmp(&b.behind))?;
         if support.log_odds > UNDECIDED {
             return None;
         }
@@ -274,4 +281,13 @@ fn is_resolved(law: &[f64]) -> bool {
     let bend = |w: &[f64]| (w[1] - 0.5 * (w[0] + w[2])).powi(2);
     let bends: f64 = law.windows(3).map(bend).sum();
     bends <= BENT * law.iter().map(|f| f * f).sum::<f64>()
+}
+
+/// Rivals of an effect that would be told as something else: another class, or another place.
+fn rivals_of<'n>(e: &ModelEffect, named: &'n Named) -> Vec<&'n Rival> {
+    let same = |c: &Candidate| {
+        let apart = c.other.zip(e.other).is_some_and(|(a, b)| a != b);
+        (c.effect.named_class(), c.channel) == (e.effect.named_class(), e.channel) && !apart
+    };
+    named.rivals.iter().filter(|r| !same(&r.candidate)).collect()
 }

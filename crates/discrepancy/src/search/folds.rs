@@ -100,11 +100,14 @@ impl Search<'_> {
         path
     }
 
-    /// Simpler laws where folds speak against a richer one beside them.
-    fn simplified<'p>(&self, mut path: Path<'p>) -> Path<'p> {
+    /// Simpler laws where a richer one does not lead them, or folds speak against it beside them.
+    pub(super) fn simplified<'p>(&self, mut path: Path<'p>) -> Path<'p> {
         for k in (0..path.named.len()).rev() {
             let Some(simple) = self.special_case(&path.fit, k) else { continue };
-            if self.refuted(&simple, &path.fit) {
+            let lead = path.fit.gain_over(&simple);
+            let words = path.fit.hypothesis.supposed()[k].effect.words;
+            self.watch.tell(&format!("{words} leads a simpler law by {lead:.1} nats"));
+            if lead < self.decision.tie || self.refuted(&simple, &path.fit) {
                 let rich = &path.fit.hypothesis;
                 let candidate = candidate_of(&rich.supposed()[k]);
                 let behind = self.decision.tie;

@@ -51,6 +51,7 @@ impl<'p> Search<'p> {
             self.tell("found", &next);
             path.fit = next;
             path.named.push(named);
+            path = self.apart(path);
         }
         path
     }
@@ -152,19 +153,21 @@ impl<'p> Search<'p> {
         };
         let (model, laws) = (self.problem.model, base.hypothesis.supposed());
         let further = candidate_of(effect);
-        let is_alike = laws.iter().any(|e| says_alike(e, &further));
+        let alike: Vec<usize> =
+            laws.iter().filter(|e| says_alike(e, &further)).map(|e| e.channel).collect();
         let lead = |channel: usize| {
             let remainder = screen.remainder(channel)?;
             let acts = laws.iter().any(|e| acts_on(model, e, channel));
-            let alike = acts && is_alike;
-            let (promised, fitted) = (promised - remainder, fitted.max(promised) - remainder);
-            Some(Lead { acts, alike, promised, fitted })
+            let first = !acts && acts_on(model, effect, channel);
+            let alike = alike.contains(&channel);
+            Some(Lead { acts, first, alike, remainder, promised, fitted: fitted.max(promised) })
         };
         let leads: Vec<Lead> = (0..model.channels()).filter_map(lead).collect();
         for lead in &leads {
             self.watch.tell(&format!(
                 "{}: {:.1} nats before a force without a formula",
-                effect.effect.words, lead.promised
+                effect.effect.words,
+                lead.promised - lead.remainder
             ));
         }
         Some(leads)
@@ -345,14 +348,18 @@ impl<'p> Search<'p> {
     }
 }
 
-/// Nats by which a further effect leads a force without a formula on a channel: the laws so far need
+/// A further effect beside a force without a formula on a channel, in nats: the laws so far need
 /// not be quite reality's, and what they leave belongs to them.
 pub(super) struct Lead {
     /// Whether one of the laws so far acts on the channel.
     acts: bool,
-    /// Whether it does so by the same variables.
+    /// Whether none does, and the further effect is the first.
+    first: bool,
+    /// Whether one acts there by the same variables as the further effect.
     alike: bool,
-    /// Both as the screening sees them.
+    /// What the force without a formula promises.
+    remainder: f64,
+    /// What the further effect promises, as the screening sees it.
     promised: f64,
     /// What the fit says of the effect, where that is more: what is large is not linear.
     fitted: f64,
@@ -362,18 +369,23 @@ impl Lead {
     /// Whether the force without a formula is the likelier. Where even the further effect leaves more
     /// than noise, such a force is there in any case, on whichever channel, and one more effect beside
     /// it has its price; so it is where a law of the same variables acts, whose formula need not be
-    /// quite right. Where it leaves nothing, either may be all that there is, and where no law acts on the
+    /// quite right. Only of the channel on which the further effect is the first is nobody's remainder left:
+    /// there any force beats every formula that is not quite reality's, and one that says most of it is its
+    /// name. Where it leaves nothing, either may be all that there is, and where no law acts on the
     /// channel, the force without a formula is one more that has its price.
     pub(super) fn is_beaten(&self, left: bool, decision: &Decision) -> bool {
+        if left && self.first {
+            return self.promised < decision.further_share * self.remainder;
+        }
         if left {
-            return self.promised < decision.prior_odds;
+            return self.promised - self.remainder < decision.prior_odds;
         }
         let least = match (self.acts, self.alike) {
             (_, true) => decision.prior_odds,
             (true, false) => 0.0,
             (false, false) => -decision.prior_odds,
         };
-        self.fitted < least
+        self.fitted - self.remainder < least
     }
 }
 

@@ -22,6 +22,7 @@
 //! 7. A free curve over one variable that beats all that the catalogue offers is an unknown
 //!    function, unless one or two laws together follow it as well.
 
+mod apart;
 pub mod chain;
 mod driven;
 mod folds;
@@ -180,7 +181,8 @@ impl<'p> Search<'p> {
             let begin = || Fit::begin(self.problem, path.fit.hypothesis, self.level);
             self.lengthen(self.watch.necessarily(begin).map_err(|e| self.failed(e))?)
         };
-        let path = Path { fit, named: path.named };
+        // What showed in the part need not show in all of them.
+        let path = self.simplified(Path { fit, named: path.named });
         let searched = Searched { calibrated, path, floor, undriven, promise, coloured };
         self.conclude(searched, learn_remainder)
     }

@@ -37,6 +37,27 @@ fn a_joint_of_two_masses_that_rubs() {
     names(&d, "coupling_friction", "x2", &[("magnitude", 0.5)]);
 }
 
+/// Each rubs on the ground. One law between them does the work of both, and gains most at first.
+#[test]
+fn two_masses_that_rub_alike() {
+    let rubs = |x: &str, magnitude: f64| {
+        let numbers = format!("magnitude = {magnitude:.1}\nsmoothing_velocity = 0.02\n");
+        effect("coulomb_friction", x, &numbers)
+    };
+    let d = conceal(ON_TWO_MASS, 307, &(rubs("x1", 0.8) + &rubs("x2", 0.5)));
+    let mut found: Vec<_> = d.findings.iter().map(|f| (&*f.channel, &*f.class)).collect();
+    found.sort_unstable();
+    assert_eq!(found, [("x1", "coulomb_friction"), ("x2", "coulomb_friction")]);
+    for (channel, magnitude) in [("x1", 0.8), ("x2", 0.5)] {
+        let finding = d.findings.iter().find(|f| f.channel == channel).expect("it was found");
+        assert!(
+            (finding.parameters["magnitude"].value - magnitude).abs() < 0.02,
+            "{}",
+            finding.says
+        );
+    }
+}
+
 #[test]
 fn friction_that_grows_along_the_way() {
     let truth = effect(
