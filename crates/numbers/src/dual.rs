@@ -133,6 +133,11 @@ impl Div<f64> for Dual {
 
 impl Linear for Dual {
     const ZERO: Self = Self { value: 0.0, tangent: [0.0; LANES] };
+
+    #[inline(always)]
+    fn same(self) -> Self {
+        Self { value: self.value, tangent: std::array::from_fn(|l| self.tangent[l]) }
+    }
 }
 
 impl Number for Dual {

@@ -49,9 +49,9 @@ pub struct Run<'a> {
     pub substeps: usize,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
     /// The recording.
-    pub fn observed(&self) -> &Observed {
+    pub fn observed(&self) -> &'a Observed {
         &self.problem.dataset.recordings[self.windows[0].recording]
     }
 
@@ -190,7 +190,7 @@ struct Sweep<'p> {
     lanes: std::ops::Range<usize>,
 }
 
-impl Sweep<'_> {
+impl<'p> Sweep<'p> {
     fn lane(&self, entry: usize) -> Option<usize> {
         self.lanes.contains(&entry).then(|| entry - self.lanes.start)
     }
@@ -201,7 +201,7 @@ impl Sweep<'_> {
         (0..self.run.hypothesis.free.len()).filter_map(move |j| Some((j, self.lane(before + j)?)))
     }
 
-    fn link(&self) -> Link<Dual> {
+    fn link(&self) -> Link<'p, Dual> {
         let (problem, h) = (self.run.problem, self.run.hypothesis);
         let directions: Vec<(Direction, usize)> =
             self.theta().map(|(j, lane)| (h.direction(j), lane)).collect();
@@ -214,7 +214,11 @@ impl Sweep<'_> {
     }
 
     /// The effective inputs, with derivatives where a parameter of an actuator is in these lanes.
-    fn inputs(&self, observed: &Observed, directions: &[(Direction, usize)]) -> Inputs<Dual> {
+    fn inputs(
+        &self,
+        observed: &'p Observed,
+        directions: &[(Direction, usize)],
+    ) -> Inputs<'p, Dual> {
         let (problem, effects) = (self.run.problem, &self.run.hypothesis.effects);
         let on_input = |e: usize| matches!(effects[e].effect.law, Law::Input(_));
         let moves =
