@@ -301,14 +301,18 @@ impl<'p> Minimisation<'p> {
         starts: &Starts,
         filters: &[Filter],
     ) -> Result<Vec<(Block, Vec<f64>)>, FitError> {
-        let all = self.piece(windows, starts, filters).linearise(pieces)?;
+        let run = self.piece(windows, starts, filters);
+        let all = match self.anchored {
+            true => run.linearise_by_theta(pieces)?,
+            false => run.linearise(pieces)?,
+        };
         let machine = self.problem.model.machine_states();
         let z = starts.memory.len();
         let (off, spread) = self.memory(starts);
         let block = |(k, columns): (usize, sweep::Columns)| {
             let believed = Memory { off: &off, spread: &spread };
             let block = if self.anchored {
-                Block::of(&columns, (0, machine + z), Memory::default())
+                Block::of(&columns, (0, 0), Memory::default())
             } else if k == 0 {
                 Block::of(&columns, (machine + z, 0), believed)
             } else {
