@@ -387,12 +387,14 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> pulp::WithSimd for Along<'_, T, B>
         let Strand { system, workspace: w, inputs, state } = strand;
         let h = (times.1 - times.0) / substeps as f64;
         for s in 0..substeps {
-            let part = |c: usize| (2 * s + c, 2 * substeps);
             let t = times.0 + s as f64 * h;
-            system.stage(bound, w, 0, (t, part(0)), inputs, (state, 0.0));
-            system.stage(bound, w, 1, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
-            system.stage(bound, w, 2, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
-            system.stage(bound, w, 3, (t + h, part(2)), inputs, (state, h));
+            // In a loop: four copies of a stage are more code than is read ahead.
+            for (k, (half, step)) in
+                [(0, 0.0), (1, 0.5 * h), (1, 0.5 * h), (2, h)].into_iter().enumerate()
+            {
+                let part = (2 * s + half, 2 * substeps);
+                system.stage(bound, w, k, (t + step, part), inputs, (state, step));
+            }
             w.complete(h, state);
             system.impose(&w.input, state);
         }
