@@ -378,6 +378,8 @@ impl<'r> Linearising<'r> {
         let mut filter = self.noise.map(|noise| Making::new(self.variances, noise));
         let mut sensing = Sensing::new(problem, observed, &run.hypothesis.effects, w);
         let (mut rows, mut y) = (vec![], vec![0.0; outputs]);
+        // What drives a step, and how long it lasts: mostly as long as the one before it.
+        let (mut lasting, mut driven) = (f64::NAN, vec![]);
         for (at, k) in w.range.clone().enumerate() {
             let u = &self.maps.inputs[k * m..(k + 1) * m];
             problem.observation.evaluate(&self.system, observed.times[k], state, u, &mut y);
@@ -395,7 +397,9 @@ impl<'r> Linearising<'r> {
             self.step((at, k), &inputs, state)?;
             if let (Some(filter), Some(noise)) = (&mut filter, self.noise) {
                 let dt = observed.times[k + 1] - observed.times[k];
-                let driven = noise.driven(self.maps.width, dt);
+                if dt != lasting {
+                    (lasting, driven) = (dt, noise.driven(self.maps.width, dt));
+                }
                 filter.step(self.maps.step(k), self.maps.columns, &driven);
             }
         }
