@@ -25,6 +25,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct AddedInertia;
 
 impl ForceLaw for AddedInertia {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], _at: &At<T>) -> impl AsRef<[T]> {
         [T::constant(0.0)]
     }

@@ -41,6 +41,7 @@ impl ForceLaw for AsymmetricFriction {
         2
     }
 
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let (sign, none) = (smooth_sign(at.v(), shape[0]), T::constant(0.0));
         if sign.value() >= 0.0 { [-sign, none] } else { [none, -sign] }

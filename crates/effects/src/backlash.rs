@@ -45,6 +45,7 @@ const EDGE: f64 = 0.05;
 struct Backlash;
 
 impl ForceLaw for Backlash {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.memory[0]]
     }

@@ -39,6 +39,7 @@ impl ForceLaw for Cogging {
         sine_physical(internal)
     }
 
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let (sine, cosine) = (shape[0] * at.q()).sin_cos();
         [sine, cosine]

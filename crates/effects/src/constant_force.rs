@@ -22,6 +22,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct ConstantForce;
 
 impl ForceLaw for ConstantForce {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], _at: &At<T>) -> impl AsRef<[T]> {
         [T::constant(1.0)]
     }

@@ -22,6 +22,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct CoriolisCoupling;
 
 impl ForceLaw for CoriolisCoupling {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [at.v() * at.other_v(0)]
     }

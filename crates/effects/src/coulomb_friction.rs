@@ -36,6 +36,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct CoulombFriction;
 
 impl ForceLaw for CoulombFriction {
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-smooth_sign(at.v(), shape[0])]
     }

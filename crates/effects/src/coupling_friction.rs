@@ -34,6 +34,7 @@ const RATIOS: [f64; 2] = [1.0, -1.0];
 struct CouplingFriction;
 
 impl ForceLaw for CouplingFriction {
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [smooth_sign(shape[1] * at.other_v(0) - at.v(), shape[0])]
     }

@@ -22,6 +22,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct CouplingStiffness;
 
 impl ForceLaw for CouplingStiffness {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [at.other_q(0) - at.q()]
     }

@@ -22,6 +22,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct CubicStiffness;
 
 impl ForceLaw for CubicStiffness {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.q().powi(3)]
     }

@@ -41,6 +41,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct DampedStop;
 
 impl ForceLaw for DampedStop {
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let [dissipation, position, side] = [shape[0], shape[1], shape[2]];
         let nothing = T::constant(0.0);

@@ -37,6 +37,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct EndStop;
 
 impl ForceLaw for EndStop {
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let beyond = shape[1] * (at.q() - shape[0]);
         [-shape[1] * beyond.max(T::constant(0.0))]

@@ -22,6 +22,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct GravityTorque;
 
 impl ForceLaw for GravityTorque {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.angle().sin()]
     }

@@ -26,6 +26,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct HiddenResonance;
 
 impl ForceLaw for HiddenResonance {
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [pull(shape, at)]
     }

@@ -39,6 +39,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct Hysteresis;
 
 impl ForceLaw for Hysteresis {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.memory[0]]
     }

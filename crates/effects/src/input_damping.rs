@@ -27,6 +27,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct InputDamping;
 
 impl ForceLaw for InputDamping {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.input().abs() * at.v()]
     }

@@ -107,8 +107,30 @@ pub trait ForceLawIn<T: Number>: Sync + Debug {
     fn passed_on(&self, shape: &[T]) -> T;
 }
 
+/// The force of a law at one point, to be compiled for every width of vectors: the lanes of dual
+/// numbers fill the widest, and what is handed on in pieces as wide as the next operation reads it
+/// is there at once.
+struct ForceAt<'a, L, T> {
+    law: &'a L,
+    amplitudes: &'a [T],
+    shape: &'a [T],
+    at: &'a At<'a, T>,
+}
+
+impl<L: ForceLaw, T: Number> pulp::WithSimd for ForceAt<'_, L, T> {
+    type Output = T;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> T {
+        ForceLaw::force(self.law, self.amplitudes, self.shape, self.at)
+    }
+}
+
 impl<L: ForceLaw, T: Number> ForceLawIn<T> for L {
     fn force(&self, amplitudes: &[T], shape: &[T], at: &At<T>) -> T {
+        if T::CARRIES {
+            return pulp::Arch::new().dispatch(ForceAt { law: self, amplitudes, shape, at });
+        }
         ForceLaw::force(self, amplitudes, shape, at)
     }
 

@@ -22,6 +22,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct LinearStiffness;
 
 impl ForceLaw for LinearStiffness {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.q()]
     }

@@ -47,6 +47,7 @@ impl ForceLaw for LoadFriction {
         2
     }
 
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let sign = smooth_sign(at.v(), shape[0]);
         [-sign, -at.input().abs() * sign]

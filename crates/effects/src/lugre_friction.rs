@@ -46,6 +46,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct LugreFriction;
 
 impl ForceLaw for LugreFriction {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.memory[0]]
     }

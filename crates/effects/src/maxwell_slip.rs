@@ -62,6 +62,7 @@ const SLIP: [f64; SPRINGS] = [0.404_795, 1.277_327, 2.101_194, 3.692_635];
 struct MaxwellSlip;
 
 impl ForceLaw for MaxwellSlip {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let sum = at.memory.iter().fold(T::constant(0.0), |sum, z| sum + *z);
         [sum * (-1.0 / SPRINGS as f64)]

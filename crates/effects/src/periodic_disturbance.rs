@@ -39,6 +39,7 @@ impl ForceLaw for PeriodicDisturbance {
         sine_physical(internal)
     }
 
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let (sine, cosine) = (shape[0] * at.t).sin_cos();
         [sine, cosine]

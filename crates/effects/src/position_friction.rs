@@ -45,6 +45,7 @@ impl ForceLaw for PositionFriction {
         2
     }
 
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let sign = smooth_sign(at.v(), shape[0]);
         [-sign, -at.q() * sign]

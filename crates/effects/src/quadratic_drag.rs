@@ -22,6 +22,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct QuadraticDrag;
 
 impl ForceLaw for QuadraticDrag {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.v() * at.v().abs()]
     }

@@ -26,6 +26,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct SaturatingStiffness;
 
 impl ForceLaw for SaturatingStiffness {
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let part = at.q() / shape[0];
         [-at.q() / (part * part + 1.0).sqrt()]

@@ -29,6 +29,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct Spill;
 
 impl ForceLaw for Spill {
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-(at.q() - shape[0]).max(T::constant(0.0))]
     }

@@ -25,6 +25,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct StepChange;
 
 impl ForceLaw for StepChange {
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [begun(at.t, shape[0], at.sample)]
     }

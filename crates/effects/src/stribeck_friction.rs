@@ -38,6 +38,7 @@ impl ForceLaw for StribeckFriction {
         2
     }
 
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let sign = smooth_sign(at.v(), shape[1]);
         let low_speed = (-(at.v() / shape[0]).powi(2)).exp();

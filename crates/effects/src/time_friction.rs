@@ -48,6 +48,7 @@ impl ForceLaw for TimeFriction {
         2
     }
 
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let [time_constant, smoothing, begin] = [shape[0], shape[1], shape[2]];
         let sign = smooth_sign(at.v(), smoothing);

@@ -31,6 +31,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct TransmissionBacklash;
 
 impl ForceLaw for TransmissionBacklash {
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let half = shape[0] * 0.5;
         [-(at.other_q(0) - at.q()).clamp(-half, half)]

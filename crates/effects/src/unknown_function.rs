@@ -45,6 +45,7 @@ impl ForceLaw for UnknownFunction {
         KNOTS
     }
 
+    #[inline(always)]
     fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         let (k, s) = place(shape, at);
         let mut basis = [T::constant(0.0); KNOTS];

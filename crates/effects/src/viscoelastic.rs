@@ -25,6 +25,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct Viscoelastic;
 
 impl ForceLaw for Viscoelastic {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.memory[0]]
     }

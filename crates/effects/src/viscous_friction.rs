@@ -22,6 +22,7 @@ pub(crate) static EFFECT: Effect = Effect {
 struct ViscousFriction;
 
 impl ForceLaw for ViscousFriction {
+    #[inline(always)]
     fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
         [-at.v()]
     }

@@ -6,8 +6,10 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// Directions that one evaluation carries along.
 pub const LANES: usize = 8;
 
-/// A value and its derivatives in [`LANES`] directions.
+/// A value and its derivatives in [`LANES`] directions. The derivatives fill a line of the cache: none
+/// is read from two, and no compiler puts those of neighbours into one vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
 pub struct Dual {
     /// The value.
     pub value: f64,
@@ -133,6 +135,11 @@ impl Div<f64> for Dual {
 
 impl Linear for Dual {
     const ZERO: Self = Self { value: 0.0, tangent: [0.0; LANES] };
+
+    #[inline(always)]
+    fn same(self) -> Self {
+        Self { value: self.value, tangent: std::array::from_fn(|l| self.tangent[l]) }
+    }
 }
 
 impl Number for Dual {

@@ -22,4 +22,4 @@ mod dual;
 mod number;
 
 pub use dual::{Dual, LANES};
-pub use number::{Linear, Number};
+pub use number::{Linear, Number, copy};

@@ -7,6 +7,22 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 pub trait Linear: Copy + Add<Output = Self> + Mul<f64, Output = Self> {
     /// Nothing.
     const ZERO: Self;
+
+    /// The same number, copied part by part, as arithmetic would write it. What is copied as bytes
+    /// is moved in pieces of other widths, for which the next operation has to wait.
+    #[inline(always)]
+    #[must_use]
+    fn same(self) -> Self {
+        self
+    }
+}
+
+/// Copy numbers to where as many are, one by one.
+#[inline(always)]
+pub fn copy<T: Linear>(from: &[T], to: &mut [T]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = from.same();
+    }
 }
 
 /// What laws, expressions and equations of motion are evaluated in.

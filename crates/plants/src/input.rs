@@ -1,7 +1,8 @@
 //! Inputs as functions of time, and how sampled ones are held between samples.
 
-use lacuna_numbers::Linear;
+use lacuna_numbers::{Linear, Number, copy};
 use serde::Deserialize;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// How a sampled input behaves between its samples.
@@ -22,16 +23,16 @@ impl Hold {
     /// A sampled input, rows of `m`, along the steps between the samples of a range, each taken in
     /// `substeps` Runge-Kutta steps.
     #[must_use]
-    pub fn along<T: Linear>(
+    pub fn along<'s, T: Linear>(
         self,
-        (times, values): (&[f64], &[T]),
+        (times, values): (&[f64], &'s [T]),
         range: Range<usize>,
         m: usize,
         substeps: usize,
-    ) -> InputPath<T> {
+    ) -> InputPath<'s, T> {
         let range = range.start..range.end.min(times.len());
         let line = |between| {
-            let rows = values[range.start * m..range.end * m].to_vec();
+            let rows = Cow::Borrowed(&values[range.start * m..range.end * m]);
             InputPath { between, inputs: m, rows_a_sample: 1, rows }
         };
         match self {
@@ -39,7 +40,7 @@ impl Hold {
             Self::Linear => line(Between::Line),
             Self::BandLimited => {
                 let parts = 2 * substeps;
-                let rows = between((times, values), range.clone(), m, parts);
+                let rows = Cow::Owned(between((times, values), range.clone(), m, parts));
                 InputPath { between: Between::Stages(parts), inputs: m, rows_a_sample: parts, rows }
             }
         }
@@ -50,13 +51,13 @@ impl Hold {
     /// coordinate moves on the quintic that has the position, velocity and acceleration of both,
     /// which is how the path runs that a smoother of white jerk finds.
     #[must_use]
-    pub fn along_motion<T: Linear>(
+    pub fn along_motion<'s, T: Number>(
         self,
-        (times, values): (&[f64], &[T]),
+        (times, values): (&[f64], &'s [T]),
         range: Range<usize>,
         (inputs, coordinates): (usize, usize),
         substeps: usize,
-    ) -> InputPath<T> {
+    ) -> InputPath<'s, T> {
         let width = inputs + MOTION * coordinates;
         if coordinates == 0 {
             return self.along((times, values), range, width, substeps);
@@ -82,7 +83,7 @@ impl Hold {
             }
         }
         rows.extend(range.last().into_iter().flat_map(row).copied());
-        let between = Between::Stages(parts);
+        let (between, rows) = (Between::Stages(parts), Cow::Owned(rows));
         InputPath { between, inputs: width, rows_a_sample: parts + 1, rows }
     }
 }
@@ -109,14 +110,15 @@ fn quintic<T: Linear>((a, b): (&[T], &[T]), h: f64, share: f64) -> [T; MOTION] {
     [position, velocity * (1.0 / h), acceleration * (1.0 / (h * h))]
 }
 
-/// A sampled input along the steps between some samples.
+/// A sampled input along the steps between some samples. Where nothing is computed between them
+/// the samples are those that were given.
 #[derive(Clone, Debug)]
-pub struct InputPath<T> {
+pub struct InputPath<'s, T: Clone> {
     between: Between,
     inputs: usize,
     /// The sample itself and those between it and the next.
     rows_a_sample: usize,
-    rows: Vec<T>,
+    rows: Cow<'s, [T]>,
 }
 
 /// What rows say of the way between two samples.
@@ -130,7 +132,7 @@ enum Between {
     Stages(usize),
 }
 
-impl<T> InputPath<T> {
+impl<'s, T: Clone> InputPath<'s, T> {
     /// The input at a sample, counted from the first of the range.
     #[inline(always)]
     #[must_use]
@@ -146,19 +148,46 @@ impl<T> InputPath<T> {
         match self.between {
             Between::Held => StepInput::Line(self.sample(at), self.sample(at)),
             Between::Line => StepInput::Line(self.sample(at), self.sample(at + 1)),
-            Between::Stages(parts) => {
-                let from = at * self.rows_a_sample * self.inputs;
-                StepInput::Stages(&self.rows[from..from + (parts + 1) * self.inputs])
-            }
+            Between::Stages(parts) => StepInput::Stages(self.stages(at, parts)),
         }
     }
 
-    /// The same in another kind of number, given which input each is.
+    #[inline(always)]
+    fn stages(&self, at: usize, parts: usize) -> &[T] {
+        let from = at * self.rows_a_sample * self.inputs;
+        &self.rows[from..from + (parts + 1) * self.inputs]
+    }
+
+    /// The numbers that were computed between the samples; 0 where the samples are all there is.
     #[must_use]
-    pub fn map<U>(&self, into: impl Fn(usize, &T) -> U) -> InputPath<U> {
-        let Self { between, inputs, rows_a_sample, .. } = *self;
-        let rows = self.rows.iter().enumerate().map(|(i, u)| into(i % inputs, u)).collect();
-        InputPath { between, inputs, rows_a_sample, rows }
+    pub fn computed(&self) -> usize {
+        if matches!(self.rows, Cow::Owned(_)) { self.rows.len() } else { 0 }
+    }
+
+    /// A path of its own, whatever becomes of the samples.
+    #[must_use]
+    pub fn into_owned(self) -> InputPath<'static, T> {
+        let Self { between, inputs, rows_a_sample, rows } = self;
+        InputPath { between, inputs, rows_a_sample, rows: Cow::Owned(rows.into_owned()) }
+    }
+}
+
+impl InputPath<'_, f64> {
+    /// The input at a sample as numbers that carry no derivatives.
+    #[inline(always)]
+    pub fn sample_in<T: Number>(&self, at: usize, u: &mut [T]) {
+        constants(self.sample(at), u);
+    }
+
+    /// Along the step from a sample to the next, as numbers that carry no derivatives.
+    #[inline(always)]
+    #[must_use]
+    pub fn step_in<T: Number>(&self, at: usize) -> StepInput<'_, T> {
+        match self.between {
+            Between::Held => StepInput::PlainLine(self.sample(at), self.sample(at)),
+            Between::Line => StepInput::PlainLine(self.sample(at), self.sample(at + 1)),
+            Between::Stages(parts) => StepInput::PlainStages(self.stages(at, parts)),
+        }
     }
 }
 
@@ -169,9 +198,13 @@ pub enum StepInput<'a, T> {
     Line(&'a [T], &'a [T]),
     /// At the beginning, the middle and the end of each of the Runge-Kutta steps, row by row.
     Stages(&'a [T]),
+    /// On a straight line, carrying no derivatives.
+    PlainLine(&'a [f64], &'a [f64]),
+    /// At the stages, row by row, carrying no derivatives.
+    PlainStages(&'a [f64]),
 }
 
-impl<T: Linear> StepInput<'_, T> {
+impl<T: Number> StepInput<'_, T> {
     /// At the `part.0`-th of `part.1` parts of the step.
     #[inline(always)]
     pub(crate) fn at(self, part: (usize, usize), u: &mut [T]) {
@@ -179,14 +212,38 @@ impl<T: Linear> StepInput<'_, T> {
             Self::Line(here, next) => {
                 let share = part.0 as f64 / part.1 as f64;
                 for (u, (a, b)) in u.iter_mut().zip(here.iter().zip(next)) {
-                    *u = *a + (*b + *a * -1.0) * share;
+                    *u = between_samples(*a, *b, share);
+                }
+            }
+            Self::PlainLine(here, next) => {
+                let share = part.0 as f64 / part.1 as f64;
+                for (u, (a, b)) in u.iter_mut().zip(here.iter().zip(next)) {
+                    *u = T::constant(between_samples(*a, *b, share));
                 }
             }
             Self::Stages(rows) => {
                 let from = part.0 * u.len();
-                u.copy_from_slice(&rows[from..from + u.len()]);
+                copy(&rows[from..from + u.len()], u);
+            }
+            Self::PlainStages(rows) => {
+                let from = part.0 * u.len();
+                constants(&rows[from..from + u.len()], u);
             }
         }
+    }
+}
+
+/// A share of the way from one to another.
+#[inline(always)]
+fn between_samples<T: Linear>(here: T, next: T, share: f64) -> T {
+    here + (next + here * -1.0) * share
+}
+
+/// Plain numbers in another kind, without derivatives.
+#[inline(always)]
+fn constants<T: Number>(plain: &[f64], u: &mut [T]) {
+    for (u, value) in u.iter_mut().zip(plain) {
+        *u = T::constant(*value);
     }
 }
 
@@ -382,7 +439,7 @@ mod tests {
         let values: Vec<f64> = times.iter().map(|&t| signal(t)).collect();
         let hold = Hold::BandLimited;
         let input = SampledInput { times: &times, values: &values, hold };
-        let stages = |range| hold.along((&times, &values), range, 1, 2).rows;
+        let stages = |range| hold.along((&times, &values), range, 1, 2).rows.into_owned();
         let part = stages(50..61);
         let stages = stages(0..200);
         assert_eq!((stages.len(), part.len()), (199 * 4 + 1, 41));

@@ -8,37 +8,64 @@ use crate::dataset::Observed;
 use lacuna_numbers::Number;
 use lacuna_plants::InputPath;
 use lacuna_plants::model::{
-    Measured, ModelEffect, SeriesEffect, Strand, System, Workspace, advance_together, sensed,
+    Measured, ModelEffect, SeriesEffect, StepInput, Strand, System, Workspace, advance_together,
+    sensed,
 };
+use std::borrow::Cow;
+use std::sync::Arc;
 
 /// A hypothesis on one recording in one kind of number.
 pub(super) struct Chain<'p, T: Number> {
     pub(super) run: &'p Run<'p>,
     /// The same in all of them, but for the directions that their numbers carry.
-    pub(super) links: Vec<Link<T>>,
+    pub(super) links: Vec<Link<'p, T>>,
 }
 
 /// What a chain steps along.
-pub(super) struct Link<T: Number> {
+pub(super) struct Link<'p, T: Number> {
     pub(super) system: System<T>,
-    pub(super) inputs: Inputs<T>,
+    pub(super) inputs: Inputs<'p, T>,
     pub(super) sensors: Vec<SeriesEffect<T>>,
 }
 
 /// The effective inputs, row-major.
-pub(super) enum Inputs<T> {
+pub(super) enum Inputs<'p, T> {
     /// They depend on nothing that moves.
-    Fixed(Vec<f64>),
+    Fixed(Cow<'p, [f64]>),
     /// They carry derivatives by parameters of actuators.
     Moving(Vec<T>),
 }
 
+/// The effective inputs along a window and the step that leaves it.
+enum Along<'c, T: Number> {
+    Fixed(Arc<InputPath<'c, f64>>),
+    Moving(InputPath<'c, T>),
+}
+
+impl<T: Number> Along<'_, T> {
+    fn step(&self, at: usize) -> StepInput<'_, T> {
+        match self {
+            Self::Fixed(path) => path.step_in(at),
+            Self::Moving(path) => path.step(at),
+        }
+    }
+
+    fn sample(&self, at: usize, u: &mut [T]) {
+        match self {
+            Self::Fixed(path) => path.sample_in(at, u),
+            Self::Moving(path) => u.copy_from_slice(path.sample(at)),
+        }
+    }
+}
+
 /// A link on its way through a window.
 struct Way<'c, T: Number> {
-    link: &'c Link<T>,
-    inputs: InputPath<T>,
+    link: &'c Link<'c, T>,
+    inputs: Along<'c, T>,
     workspace: Workspace<T>,
     state: &'c mut [T],
+    /// The inputs at a sample.
+    u: Vec<T>,
     /// Outputs so far.
     out: Vec<Vec<T>>,
     y: Vec<T>,
@@ -78,8 +105,15 @@ impl<T: Number> Chain<'_, T> {
             if k + 1 == times.len() {
                 break;
             }
-            let mut strands: Vec<Strand<T>> = ways.iter_mut().map(|way| way.strand(at)).collect();
-            advance_together(&mut strands, (times[k], times[k + 1]), self.run.substeps);
+            let span = (times[k], times[k + 1]);
+            match &mut ways[..] {
+                [alone] => advance_together(&mut [alone.strand(at)], span, self.run.substeps),
+                ways => {
+                    let mut strands: Vec<Strand<T>> =
+                        ways.iter_mut().map(|way| way.strand(at)).collect();
+                    advance_together(&mut strands, span, self.run.substeps);
+                }
+            }
             self.run.check(k + 1, ways[0].state)?;
         }
         let mut all: Vec<_> = ways.into_iter().map(|way| way.out).collect();
@@ -89,13 +123,14 @@ impl<T: Number> Chain<'_, T> {
         Ok(all)
     }
 
-    fn way<'c>(&self, link: &'c Link<T>, w: &Window, state: &'c mut [T]) -> Way<'c, T> {
+    fn way<'c>(&self, link: &'c Link<'c, T>, w: &Window, state: &'c mut [T]) -> Way<'c, T> {
         let count = self.run.problem.dataset.outputs.len();
         Way {
             link,
             inputs: self.inputs_along(link, w),
             workspace: link.system.workspace(),
             state,
+            u: vec![T::constant(0.0); self.run.problem.model.input_width()],
             out: vec![Vec::with_capacity(w.range.len()); count],
             y: vec![T::constant(0.0); count],
             innovations: vec![T::constant(0.0); count],
@@ -111,9 +146,9 @@ impl<T: Number> Chain<'_, T> {
         way: &mut Way<T>,
     ) {
         let (problem, observed) = (self.run.problem, self.run.observed());
-        let Way { link, inputs, state, out, y, innovations, .. } = way;
-        let (time, input) = (observed.times[k], inputs.sample(at));
-        problem.observation.evaluate(&link.system, time, state, input, y);
+        let Way { link, inputs, state, u, out, y, innovations, .. } = way;
+        inputs.sample(at, u);
+        problem.observation.evaluate(&link.system, observed.times[k], state, u, y);
         for (series, value) in out.iter_mut().zip(&*y) {
             series.push(*value);
         }
@@ -128,21 +163,20 @@ impl<T: Number> Chain<'_, T> {
         filter.correct(at, innovations, state);
     }
 
-    /// The inputs along a window and the step that leaves it.
-    fn inputs_along(&self, link: &Link<T>, w: &Window) -> InputPath<T> {
-        let (problem, times) = (self.run.problem, &self.run.observed().times[..]);
-        let model = problem.model;
-        let (range, substeps) = (w.range.start..w.range.end + 1, self.run.substeps);
+    fn inputs_along<'c>(&self, link: &'c Link<'c, T>, w: &Window) -> Along<'c, T> {
+        let (problem, substeps) = (self.run.problem, self.run.substeps);
         match &link.inputs {
-            Inputs::Fixed(inputs) => {
-                model.inputs_along((times, inputs), range, substeps).map(|_, u| T::constant(*u))
+            Inputs::Fixed(inputs) => Along::Fixed(problem.inputs_along(w, inputs, substeps)),
+            Inputs::Moving(inputs) => {
+                let series = (&self.run.observed().times[..], &inputs[..]);
+                let range = w.range.start..w.range.end + 1;
+                Along::Moving(problem.model.inputs_along(series, range, substeps))
             }
-            Inputs::Moving(inputs) => model.inputs_along((times, inputs), range, substeps),
         }
     }
 
     /// What the sensors make of the outputs.
-    fn sense(&self, link: &Link<T>, times: &[f64], out: &mut [Vec<T>]) {
+    fn sense(&self, link: &Link<'_, T>, times: &[f64], out: &mut [Vec<T>]) {
         for (series, output) in out.iter_mut().zip(&self.run.problem.dataset.outputs) {
             let Measured::State(state) = output.of else { continue };
             *series = sensed(&link.sensors, state, times, std::mem::take(series));

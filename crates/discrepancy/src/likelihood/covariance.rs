@@ -76,16 +76,17 @@ impl<T: Entry> Covariance<T> {
     }
 
     /// Take up what an output says whose row is `c` and whose noise has variance `r`: the variance s
-    /// of its innovation, and the gain g by which one standard deviation of it moves the state.
+    /// of its innovation and 1 / sqrt(s), and the gain g by which one standard deviation of it moves
+    /// the state.
     #[inline(always)]
-    pub(super) fn measure(&mut self, c: &[f64], r: T, gain: &mut [T]) -> T {
+    pub(super) fn measure(&mut self, c: &[f64], r: T, gain: &mut [T]) -> (T, T) {
         let s = self.seen_by(c, gain) + r;
         let scale = s.inverse_root();
         gain.iter_mut().for_each(|g| *g = *g * scale);
         for (row, a) in self.p.chunks_exact_mut(self.width).zip(&*gain) {
             row.iter_mut().zip(&*gain).for_each(|(p, b)| *p = *p - *a * *b);
         }
-        s
+        (s, scale)
     }
 
     /// A step of the map whose rows, of `stride` entries, begin with those of A; what drives it
@@ -121,24 +122,34 @@ impl<T: Entry> Covariance<T> {
 /// but themselves are slow.
 #[inline(always)]
 fn products<T: Entry>(rows: &[T], weights: &[f64], out: &mut [T]) {
-    const AT_ONCE: usize = 4;
+    let (rows, out) = in_blocks::<8, T>(rows, weights, out);
+    let (rows, out) = in_blocks::<4, T>(rows, weights, out);
+    for (out, row) in out.iter_mut().zip(rows.chunks_exact(weights.len())) {
+        *out = weighted(row, weights);
+    }
+}
+
+/// So many at a time; those that are left.
+#[inline(always)]
+fn in_blocks<'r, const ROWS: usize, T: Entry>(
+    mut rows: &'r [T],
+    weights: &[f64],
+    mut out: &'r mut [T],
+) -> (&'r [T], &'r mut [T]) {
     let n = weights.len();
-    let mut blocks = out.chunks_exact_mut(AT_ONCE);
-    let mut rest = rows;
-    for block in &mut blocks {
-        let (own, after) = rest.split_at(AT_ONCE * n);
-        rest = after;
-        let mut sums = [T::ZERO; AT_ONCE];
+    while out.len() >= ROWS {
+        let (own, after) = rows.split_at(ROWS * n);
+        let (block, left) = std::mem::take(&mut out).split_at_mut(ROWS);
+        let mut sums = [T::ZERO; ROWS];
         for (l, w) in weights.iter().enumerate() {
             for (b, sum) in sums.iter_mut().enumerate() {
                 *sum = sum.plus(own[b * n + l], *w);
             }
         }
         block.copy_from_slice(&sums);
+        (rows, out) = (after, left);
     }
-    for (out, row) in blocks.into_remainder().iter_mut().zip(rest.chunks_exact(n)) {
-        *out = weighted(row, weights);
-    }
+    (rows, out)
 }
 
 /// Their sum with these weights.

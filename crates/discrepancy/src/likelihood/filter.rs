@@ -81,12 +81,11 @@ impl Making {
             let c = &rows[o * n..(o + 1) * n];
             let (before, own) = gains.split_at_mut(o * n);
             let own = &mut own[..n];
-            let s = unknown.measure(c, noise[o], own);
+            let (s, scale) = unknown.measure(c, noise[o], own);
             filter.quiet += (quiet.seen_by(c, &mut projected) + noise[o]) / s;
             quiet.corrected(c, noise[o], own, s);
             filter.log_determinant += s.ln();
             // The outputs before it have moved the state.
-            let scale = s.sqrt().recip();
             let (rows_before, row) = whiteners.split_at_mut(o * p);
             row[o] = scale;
             for (j, gain) in before.chunks_exact(n).enumerate() {

@@ -1,8 +1,8 @@
 //! A fitted hypothesis, and its ways to other windows.
 
 use super::end::{End, FitError};
-use super::minimise::{Effort, Minimisation};
-use super::normal::Precision;
+use super::minimise::{Effort, Linearised, Minimisation};
+use super::normal::{Block, Precision};
 use super::sweep::{Run, Starts};
 use super::windows::{Window, windows};
 use super::{Filter, Hypothesis, Problem, ProcessNoise, What};
@@ -53,6 +53,8 @@ pub struct Fit<'p> {
     pub promised: f64,
     /// Why it went no further.
     pub end: End,
+    /// Its windows as they were linearised where it ended, where the same fit can go on from there.
+    pub(super) linearised: Option<Arc<[Block]>>,
 }
 
 /// Nothing moves.
@@ -199,6 +201,20 @@ impl<'p> Fit<'p> {
         minimise(self.problem, h, windowed, (self.noise.clone(), steps), effort)
     }
 
+    /// Fit the same hypothesis further, in the same windows.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn further(&self, effort: Effort) -> Result<Self, FitError> {
+        let h = self.hypothesis.clone();
+        let windowed = self.windows_for(&h);
+        let steps = self.problem.substeps(&h.parameters, &h.effects, self.noise.is_some());
+        let known = self.linearised.clone().filter(|_| steps == self.substeps);
+        let known = known.map(|blocks| Linearised { blocks, residuals: self.residuals.clone() });
+        let minimisation = Minimisation::new(self.problem, h, windowed, steps);
+        Minimisation { known, noise: self.noise.clone(), ..minimisation }.run(effort)
+    }
+
     /// Fit the same hypothesis in windows of another level.
     ///
     /// # Errors
@@ -242,7 +258,7 @@ impl<'p> Fit<'p> {
         let held = self.hypothesis.clone().held();
         let driven = (self.noise.clone(), self.substeps);
         let fit = minimise(self.problem, held, windowed, driven, effort)?;
-        Ok(Self { hypothesis: self.hypothesis.clone(), ..fit })
+        Ok(Self { hypothesis: self.hypothesis.clone(), linearised: None, ..fit })
     }
 
     /// The same hypothesis in windows of a level that begin where the recordings themselves are:
@@ -353,7 +369,7 @@ impl<'p> Fit<'p> {
     /// What another fit supposes, in the windows of this one, as well as the other follows its own.
     #[must_use]
     pub fn supposing(&self, other: Self) -> Self {
-        Self { windowed: self.windows_for(&other.hypothesis), ..other }
+        Self { windowed: self.windows_for(&other.hypothesis), linearised: None, ..other }
     }
 
     /// The windows for another hypothesis, the memory of new effects at rest.

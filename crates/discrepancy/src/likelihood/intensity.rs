@@ -11,7 +11,7 @@
 //! so that nothing is simulated again.
 
 use super::coloured::{self, Colour};
-use super::covariance::{Covariance, Entry, weighted};
+use super::covariance::{Covariance, weighted};
 use super::lanes::Lanes;
 use super::maps::Maps;
 use super::sweep::Run;
@@ -305,6 +305,8 @@ impl WithSimd for Filtering<'_, '_> {
             .map(|o| Lanes(from_fn(|l| noises[l].outputs[o].powi(2))))
             .collect();
         let mut sum = Lanes::ZERO;
+        // What drives a step, and how long it lasts: mostly as long as the one before it.
+        let (mut lasting, mut by) = (f64::NAN, vec![]);
         let per_sample = rows.len() / w.range.len();
         for (at, k) in w.range.clone().enumerate() {
             let rows = &rows[at * per_sample..(at + 1) * per_sample];
@@ -314,8 +316,8 @@ impl WithSimd for Filtering<'_, '_> {
             let rows = rows.chunks_exact(n).zip(&outputs).enumerate();
             for (o, (c, r)) in rows.filter(|(o, _)| filter.measured(at, *o)) {
                 let left = weighted(&delta, c).map(|seen| innovations[o] - seen);
-                let s = unknown.measure(c, *r, &mut gain);
-                let z = left * s.inverse_root();
+                let (s, scale) = unknown.measure(c, *r, &mut gain);
+                let z = left * scale;
                 delta.iter_mut().zip(&gain).for_each(|(d, g)| *d = *d + *g * z);
                 sum = sum + (z * z + s.map(f64::ln)) * -0.5;
             }
@@ -329,7 +331,11 @@ impl WithSimd for Filtering<'_, '_> {
                 *next = weighted(&delta, &map[i * stride..i * stride + n]);
             }
             std::mem::swap(&mut delta, &mut next);
-            unknown.step(map, stride, &driven(noises, n, times[k + 1] - times[k]));
+            let dt = times[k + 1] - times[k];
+            if dt != lasting {
+                (lasting, by) = (dt, driven(noises, n, dt));
+            }
+            unknown.step(map, stride, &by);
         }
         sum
     }

@@ -22,6 +22,7 @@ use lacuna_plants::model::{
 };
 use pulp::Simd;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// A recording's maps from sample to sample.
@@ -105,6 +106,7 @@ impl Maps {
         let first_input = width + model.channels();
         let columns = first_input + model.inputs.len();
         let seen = if problem.observation.sees_forces() { first_input } else { machine };
+        let inputs = problem.effective_inputs(&run.hypothesis.effects, observed);
         let entry = |o: &crate::Output| if let Measured::State(i) = o.of { Some(i) } else { None };
         let mut maps = Self {
             first: 0,
@@ -117,7 +119,7 @@ impl Maps {
             first_input,
             weights: problem.weights.clone(),
             path: vec![],
-            inputs: problem.effective_inputs(&run.hypothesis.effects, observed),
+            inputs: inputs.to_vec(),
             filters: vec![],
         };
         const PIECES: usize = 4;
@@ -125,7 +127,7 @@ impl Maps {
         let length = run.windows.len().div_ceil(most).max(1);
         let pieces = run.windows.par_chunks(length).zip(run.starts.machine.par_chunks(length));
         let pieces =
-            pieces.map(|piece| Linearising::new(run, (noise, variances), &maps).through(piece));
+            pieces.map(|p| Linearising::new(run, (noise, variances), &inputs, &maps).through(p));
         let pieces: Result<Vec<Self>, Diverged> = pieces.collect();
         maps.steps = vec![0.0; observed.len() * width * columns];
         pieces?.into_iter().for_each(|piece| maps.take(piece));
@@ -296,6 +298,8 @@ struct Linearising<'r> {
     run: &'r Run<'r>,
     noise: Option<&'r ProcessNoise>,
     variances: &'r [f64],
+    /// The effective inputs.
+    inputs: &'r Cow<'r, [f64]>,
     system: System,
     chunks: Vec<Chunk>,
     maps: Maps,
@@ -313,11 +317,13 @@ impl Chunk {
     fn new(run: &Run, first: usize, width: usize) -> Self {
         let (problem, h) = (run.problem, run.hypothesis);
         let (model, zero) = (problem.model, Dual::constant(0.0));
-        let forces: Vec<(Direction, usize)> = (0..model.channels())
-            .map(|c| (Direction::Force(c), (width + c).wrapping_sub(first)))
+        let driven = (0..model.channels()).map(Direction::Force);
+        let driven = driven.chain((0..model.inputs.len()).map(Direction::Input)).enumerate();
+        let directions: Vec<(Direction, usize)> = driven
+            .map(|(k, direction)| (direction, (width + k).wrapping_sub(first)))
             .filter(|(_, lane)| *lane < LANES)
             .collect();
-        let system = System::along(model, &h.parameters, &h.effects, &forces, problem.sample);
+        let system = System::along(model, &h.parameters, &h.effects, &directions, problem.sample);
         Self { first, workspace: system.workspace(), system, state: vec![zero; width] }
     }
 
@@ -336,13 +342,14 @@ impl<'r> Linearising<'r> {
     fn new(
         run: &'r Run<'r>,
         (noise, variances): (Option<&'r ProcessNoise>, &'r [f64]),
+        inputs: &'r Cow<'r, [f64]>,
         maps: &Maps,
     ) -> Self {
         let chunks =
             (0..maps.columns.div_ceil(LANES)).map(|c| Chunk::new(run, c * LANES, maps.width));
         let (chunks, h) = (chunks.collect(), run.hypothesis);
         let system = System::with(run.problem.model, &h.parameters, &h.effects);
-        Self { run, noise, variances, system, chunks, maps: maps.clone() }
+        Self { run, noise, variances, inputs, system, chunks, maps: maps.clone() }
     }
 
     /// Run through windows one after the other, each from its own state.
@@ -363,14 +370,16 @@ impl<'r> Linearising<'r> {
 
     /// Run through a window from a whole state, which is left at its end.
     fn window(&mut self, w: &Window, state: &mut [f64]) -> Result<(), Diverged> {
-        let inputs = self.inputs_along(w);
         let run = self.run;
         let (problem, observed) = (run.problem, run.observed());
+        let inputs = problem.inputs_along(w, self.inputs, run.substeps);
         let outputs = problem.dataset.outputs.len();
         let m = problem.model.input_width();
         let mut filter = self.noise.map(|noise| Making::new(self.variances, noise));
         let mut sensing = Sensing::new(problem, observed, &run.hypothesis.effects, w);
         let (mut rows, mut y) = (vec![], vec![0.0; outputs]);
+        // What drives a step, and how long it lasts: mostly as long as the one before it.
+        let (mut lasting, mut driven) = (f64::NAN, vec![]);
         for (at, k) in w.range.clone().enumerate() {
             let u = &self.maps.inputs[k * m..(k + 1) * m];
             problem.observation.evaluate(&self.system, observed.times[k], state, u, &mut y);
@@ -388,7 +397,9 @@ impl<'r> Linearising<'r> {
             self.step((at, k), &inputs, state)?;
             if let (Some(filter), Some(noise)) = (&mut filter, self.noise) {
                 let dt = observed.times[k + 1] - observed.times[k];
-                let driven = noise.driven(self.maps.width, dt);
+                if dt != lasting {
+                    (lasting, driven) = (dt, noise.driven(self.maps.width, dt));
+                }
                 filter.step(self.maps.step(k), self.maps.columns, &driven);
             }
         }
@@ -396,26 +407,11 @@ impl<'r> Linearising<'r> {
         Ok(())
     }
 
-    /// The inputs along a window and the step that leaves it, in the lanes of each chunk.
-    fn inputs_along(&self, w: &Window) -> Vec<InputPath<Dual>> {
-        let (run, maps) = (self.run, &self.maps);
-        let model = run.problem.model;
-        let series = (&run.observed().times[..], &maps.inputs[..]);
-        let range = w.range.start..w.range.end + 1;
-        let path = model.inputs_along(series, range, run.substeps);
-        let (m, first) = (model.inputs.len(), maps.first_input);
-        // Imposed motion stands after the inputs and is as it is.
-        let seed = |c: &Chunk, j: usize, u: f64| {
-            if j < m { c.seed(u, first + j) } else { Dual::constant(u) }
-        };
-        self.chunks.iter().map(|c| path.map(|j, u| seed(c, j, *u))).collect()
-    }
-
     /// Advance the state from a sample to the next, with the derivatives of that step.
     fn step(
         &mut self,
         (at, k): (usize, usize),
-        inputs: &[InputPath<Dual>],
+        inputs: &InputPath<f64>,
         state: &mut [f64],
     ) -> Result<(), Diverged> {
         let (run, maps) = (self.run, &mut self.maps);
@@ -428,9 +424,9 @@ impl<'r> Linearising<'r> {
                 chunk.state[i] = chunk.seed(*x, i);
             }
         }
-        let chunks = self.chunks.iter_mut().zip(inputs);
+        let chunks = self.chunks.iter_mut();
         let mut strands: Vec<Strand<Dual>> =
-            chunks.map(|(chunk, inputs)| chunk.strand(inputs.step(at))).collect();
+            chunks.map(|chunk| chunk.strand(inputs.step_in(at))).collect();
         advance_together(&mut strands, span, run.substeps);
         for chunk in &self.chunks {
             let lanes = LANES.min(maps.columns - chunk.first);

@@ -34,6 +34,8 @@ pub(super) struct Minimisation<'p> {
     pub noise: Option<Arc<ProcessNoise>>,
     /// A filter a window, recording by recording, made where the minimisation begins.
     pub filters: Vec<Vec<Filter>>,
+    /// The windows where it begins, where they are linearised already and no noise drives the machine.
+    pub known: Option<Linearised>,
 }
 
 /// Damping with which a minimisation begins; what a step promises with no more is what the
@@ -59,9 +61,9 @@ enum Descent {
 }
 
 /// The windows of all recordings, linearised.
-struct Linearised {
-    blocks: Vec<Block>,
-    residuals: Vec<Vec<f64>>,
+pub(super) struct Linearised {
+    pub blocks: Arc<[Block]>,
+    pub residuals: Arc<[Vec<f64>]>,
 }
 
 impl<'p> Minimisation<'p> {
@@ -72,9 +74,9 @@ impl<'p> Minimisation<'p> {
         windowed: Windowed,
         substeps: usize,
     ) -> Self {
-        let (left_out, filters, noise) = (vec![], vec![], None);
+        let (left_out, filters, noise, known) = (vec![], vec![], None, None);
         let anchored = false;
-        Self { problem, hypothesis, windowed, substeps, anchored, left_out, noise, filters }
+        Self { problem, hypothesis, windowed, substeps, anchored, left_out, noise, filters, known }
     }
 
     /// Minimise.
@@ -82,7 +84,7 @@ impl<'p> Minimisation<'p> {
         let mut theta = self.hypothesis.theta();
         self.make_filters()?;
         let mut trust = Trust { damping: BELIEVED, at_once: true };
-        let mut here = self.linearise()?;
+        let mut here = self.known.take().map_or_else(|| self.linearise(), Ok)?;
         let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
             if self.problem.is_cancelled() {
@@ -291,8 +293,8 @@ impl<'p> Minimisation<'p> {
         let all = pieces.len();
         let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.linearise_piece((w, all), s, f);
         let parts: Result<Vec<_>, FitError> = pieces.par_iter().map(one).collect();
-        let (blocks, residuals) = parts?.into_iter().flatten().unzip();
-        Ok(Linearised { blocks, residuals })
+        let (blocks, residuals): (Vec<_>, Vec<_>) = parts?.into_iter().flatten().unzip();
+        Ok(Linearised { blocks: blocks.into(), residuals: residuals.into() })
     }
 
     fn linearise_piece(
@@ -301,14 +303,18 @@ impl<'p> Minimisation<'p> {
         starts: &Starts,
         filters: &[Filter],
     ) -> Result<Vec<(Block, Vec<f64>)>, FitError> {
-        let all = self.piece(windows, starts, filters).linearise(pieces)?;
+        let run = self.piece(windows, starts, filters);
+        let all = match self.anchored {
+            true => run.linearise_by_theta(pieces)?,
+            false => run.linearise(pieces)?,
+        };
         let machine = self.problem.model.machine_states();
         let z = starts.memory.len();
         let (off, spread) = self.memory(starts);
         let block = |(k, columns): (usize, sweep::Columns)| {
             let believed = Memory { off: &off, spread: &spread };
             let block = if self.anchored {
-                Block::of(&columns, (0, machine + z), Memory::default())
+                Block::of(&columns, (0, 0), Memory::default())
             } else if k == 0 {
                 Block::of(&columns, (machine + z, 0), believed)
             } else {
@@ -324,14 +330,20 @@ impl<'p> Minimisation<'p> {
         let chi2 = self.counted(blocks.iter().map(|b| b.chi2));
         let penalty = self.objective(theta, 0.0);
         let count = self.count(&blocks);
-        let residuals = residuals.into_iter().zip(self.counts()).filter(|(_, c)| *c);
-        let residuals = residuals.map(|(r, _)| r).collect();
+        let counted = || residuals.iter().zip(self.counts()).filter(|(_, c)| *c);
+        let residuals = match self.left_out.is_empty() {
+            true => residuals,
+            false => counted().map(|(r, _)| r.clone()).collect(),
+        };
         let arrow = Arrow::new(&self.hypothesis, &blocks, &self.left_out);
         let precision = arrow.precision(theta)?;
         let promised = arrow.step(theta, BELIEVED).map_or(f64::INFINITY, |s| s.promised);
         if !(chi2 + penalty).is_finite() {
             return Err(FitError::Singular);
         }
+        // Beside noise a fit begins with filters of its own.
+        let goes_on = !self.anchored && self.left_out.is_empty() && self.noise.is_none();
+        let linearised = goes_on.then_some(blocks);
         let Self { problem, hypothesis, windowed, substeps, noise, filters, .. } = self;
         let fit = Fit {
             problem,
@@ -347,6 +359,7 @@ impl<'p> Minimisation<'p> {
             precision,
             promised,
             end,
+            linearised,
         };
         Ok(fit)
     }

@@ -42,6 +42,7 @@ pub mod lanes;
 pub mod maps;
 mod minimise;
 pub mod normal;
+mod paths;
 mod problem;
 mod process_noise;
 pub mod sweep;

@@ -1,6 +1,7 @@
 //! What all hypotheses share: the model, the recordings, the magnitudes of every channel.
 
-use super::Hypothesis;
+use super::paths::Paths;
+use super::{Hypothesis, Window};
 use crate::dataset::{Dataset, Observed};
 use crate::prediction::Predictor;
 use crate::range::inner_range;
@@ -8,11 +9,13 @@ use crate::trajectories::{SmoothedRecording, unmeasured};
 use crate::{DiagnoseError, Watch};
 use lacuna_effects::{Acts, Effect, Law, Scales};
 use lacuna_numbers::{Dual, Number};
-use lacuna_plants::Model;
 use lacuna_plants::model::{
     Direction, ModelEffect, Observation, SeriesEffect, StepInput, System, effective_inputs,
 };
+use lacuna_plants::{InputPath, Model};
 use lacuna_recordings::{Sampling, estimate_noise_pooled};
+use std::borrow::Cow;
+use std::sync::Arc;
 
 /// One value in so many is left out at either end of a channel's range.
 const ENDS: usize = 2000;
@@ -46,6 +49,8 @@ pub struct Problem<'a> {
     apart: Vec<Vec<(f64, f64)>>,
     /// Noise that each input shows, or that the model states.
     input_noise: Vec<f64>,
+    /// The recorded inputs between their samples.
+    paths: Paths,
     /// Who waits for fits.
     watch: Option<&'a Watch<'a>>,
 }
@@ -81,6 +86,7 @@ impl<'a> Problem<'a> {
             inputs: vec![],
             apart: vec![],
             input_noise: input_noise(model, dataset),
+            paths: Paths::default(),
             watch: None,
         };
         for motion in &mut this.smoothed {
@@ -141,11 +147,36 @@ impl<'a> Problem<'a> {
         &self.hidden
     }
 
-    /// What the input effects among `effects` make of a recording's commands.
+    /// What the input effects among `effects` make of a recording's commands: those themselves
+    /// where there are none.
     #[must_use]
-    pub fn effective_inputs(&self, effects: &[ModelEffect], observed: &Observed) -> Vec<f64> {
+    pub fn effective_inputs<'o>(
+        &self,
+        effects: &[ModelEffect],
+        observed: &'o Observed,
+    ) -> Cow<'o, [f64]> {
+        let on_inputs = SeriesEffect::inputs(effects);
+        if on_inputs.is_empty() {
+            return Cow::Borrowed(&observed.commands);
+        }
         let (m, commands) = (self.model.input_width(), observed.commands.clone());
-        effective_inputs(&SeriesEffect::inputs(effects), m, &observed.times, commands)
+        Cow::Owned(effective_inputs(&on_inputs, m, &observed.times, commands))
+    }
+
+    /// The effective inputs of a recording along one of its windows and the step that leaves it.
+    pub(super) fn inputs_along<'s>(
+        &self,
+        w: &Window,
+        inputs: &'s Cow<'_, [f64]>,
+        substeps: usize,
+    ) -> Arc<InputPath<'s, f64>> {
+        let times = &self.dataset.recordings[w.recording].times[..];
+        let range = w.range.start..w.range.end + 1;
+        let make = || self.model.inputs_along((times, &inputs[..]), range, substeps);
+        match inputs {
+            Cow::Borrowed(_) => self.paths.along(w, substeps, make),
+            Cow::Owned(_) => Arc::new(make()),
+        }
     }
 
     /// The motion of a hypothesis on a recording, given its path (rows of the whole state).
@@ -153,7 +184,7 @@ impl<'a> Problem<'a> {
     pub fn motion(&self, h: &Hypothesis, r: usize, path: &[f64]) -> SmoothedRecording {
         let system = System::with(self.model, &h.parameters, &h.effects);
         let inputs = self.effective_inputs(&h.effects, &self.dataset.recordings[r]);
-        self.smoothed[r].along(&system, path, inputs)
+        self.smoothed[r].along(&system, path, inputs.into_owned())
     }
 
     /// Largest absolute command to an actuator.

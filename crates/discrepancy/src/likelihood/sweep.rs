@@ -49,9 +49,9 @@ pub struct Run<'a> {
     pub substeps: usize,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
     /// The recording.
-    pub fn observed(&self) -> &Observed {
+    pub fn observed(&self) -> &'a Observed {
         &self.problem.dataset.recordings[self.windows[0].recording]
     }
 
@@ -74,7 +74,7 @@ impl Run<'_> {
         self.through(
             |_| (),
             |k, w, out| {
-                let mut residual = vec![];
+                let mut residual = Vec::with_capacity(w.range.len() * out.len());
                 scan(self.problem, w, &out, |measured, y, weight| {
                     residual.push((measured - y) * weight);
                 });
@@ -137,10 +137,46 @@ impl Run<'_> {
     /// # Errors
     /// [`Diverged`].
     pub fn linearise(&self, beside: usize) -> Result<Vec<Columns>, Diverged> {
+        self.linearise_from(0, beside)
+    }
+
+    /// The same by theta alone.
+    ///
+    /// # Errors
+    /// [`Diverged`].
+    pub fn linearise_by_theta(&self, beside: usize) -> Result<Vec<Columns>, Diverged> {
+        let machine = self.problem.model.machine_states();
+        self.linearise_from(machine + self.starts.memory.len(), beside)
+    }
+
+    /// [`Run::linearise`], where so many runs are made side by side; without memory, which runs on from
+    /// window to window, pieces of the recording are run through side by side as well.
+    ///
+    /// # Errors
+    /// [`Diverged`].
+    pub fn linearise_in_pieces(&self, beside: usize) -> Result<Vec<Columns>, Diverged> {
+        const PIECES: usize = 4;
+        let most = if self.starts.memory.is_empty() { PIECES } else { 1 };
+        let length = self.windows.len().div_ceil(most).max(1);
+        let piece = |(k, windows): (usize, &[Window])| {
+            let range = k * length..k * length + windows.len();
+            let machine = self.starts.machine[range.clone()].to_vec();
+            let starts = &Starts { machine, memory: self.starts.memory.clone() };
+            let filters = self.filters.get(range).unwrap_or(&[]);
+            Run { windows, starts, filters, ..*self }.linearise(most * beside)
+        };
+        let pieces = self.windows.par_chunks(length).enumerate().map(piece);
+        let parts: Result<Vec<_>, Diverged> = pieces.collect();
+        Ok(parts?.into_iter().flatten().collect())
+    }
+
+    fn linearise_from(&self, begin: usize, beside: usize) -> Result<Vec<Columns>, Diverged> {
         let machine = self.problem.model.machine_states();
         let entries = machine + self.starts.memory.len() + self.hypothesis.free.len();
         let sweep = |first: usize| Sweep { run: self, lanes: first..entries.min(first + LANES) };
-        let sweeps: Vec<Sweep> = (0..entries).step_by(LANES).map(sweep).collect();
+        // One at least: residuals are told by those that carry nothing as well.
+        let sweeps: Vec<Sweep> =
+            (begin..entries.max(begin + 1)).step_by(LANES).map(sweep).collect();
         // What sweeps share is computed once for those that run together.
         let threads = (rayon::current_num_threads() / beside).max(1);
         let shares = self.problem.model.dynamics().shares_derivatives();
@@ -190,7 +226,7 @@ struct Sweep<'p> {
     lanes: std::ops::Range<usize>,
 }
 
-impl Sweep<'_> {
+impl<'p> Sweep<'p> {
     fn lane(&self, entry: usize) -> Option<usize> {
         self.lanes.contains(&entry).then(|| entry - self.lanes.start)
     }
@@ -201,7 +237,7 @@ impl Sweep<'_> {
         (0..self.run.hypothesis.free.len()).filter_map(move |j| Some((j, self.lane(before + j)?)))
     }
 
-    fn link(&self) -> Link<Dual> {
+    fn link(&self) -> Link<'p, Dual> {
         let (problem, h) = (self.run.problem, self.run.hypothesis);
         let directions: Vec<(Direction, usize)> =
             self.theta().map(|(j, lane)| (h.direction(j), lane)).collect();
@@ -214,7 +250,11 @@ impl Sweep<'_> {
     }
 
     /// The effective inputs, with derivatives where a parameter of an actuator is in these lanes.
-    fn inputs(&self, observed: &Observed, directions: &[(Direction, usize)]) -> Inputs<Dual> {
+    fn inputs(
+        &self,
+        observed: &'p Observed,
+        directions: &[(Direction, usize)],
+    ) -> Inputs<'p, Dual> {
         let (problem, effects) = (self.run.problem, &self.run.hypothesis.effects);
         let on_input = |e: usize| matches!(effects[e].effect.law, Law::Input(_));
         let moves =
@@ -267,7 +307,9 @@ impl Sweep<'_> {
     }
 
     fn columns(&self, w: &Window, out: &[Vec<Dual>], slopes: &[f64]) -> Columns {
-        let mut columns = Columns { residual: vec![], by: vec![Vec::new(); self.lanes.len()] };
+        let rows = w.range.len() * out.len();
+        let by = (0..self.lanes.len()).map(|_| Vec::with_capacity(rows)).collect();
+        let mut columns = Columns { residual: Vec::with_capacity(rows), by };
         scan(self.run.problem, w, out, |measured, y: Dual, weight| {
             columns.residual.push((measured - y.value) * weight);
             for (l, by) in columns.by.iter_mut().enumerate() {

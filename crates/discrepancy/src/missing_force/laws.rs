@@ -14,6 +14,7 @@
 
 use super::along::Along;
 use super::columns::{Column, Columns, rms};
+use super::offers::{MOST_TAKEN, Offers};
 use super::rows::Rows;
 use super::subset::Subset;
 use super::{Belief, rows_of};
@@ -35,9 +36,6 @@ const ROUNDS: usize = 12;
 const MOST_RIVALS: usize = 3;
 /// Laws that move the rows of many channels at once, of sensors or structure, that a pursuit may begin with.
 const BEGINNINGS: usize = 3;
-/// Share of the power of an input that a law may take: of a machine that hardly anything drives its friction is
-/// told by nothing.
-const MOST_TAKEN: f64 = 0.5;
 
 /// A law with its amplitudes and what it gains beside the others.
 #[derive(Clone, Debug)]
@@ -84,7 +82,8 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
     let all_candidates = candidates.to_vec();
     let plain: Vec<Candidate> = candidates.iter().filter(|c| is_plain(c)).copied().collect();
     let candidates = &plain[..];
-    let Some(empty) = Pursuit::new(&columns, belief) else { return vec![] };
+    let offers = Offers::default();
+    let Some(empty) = Pursuit::new(&columns, &offers, belief) else { return vec![] };
     let mut best = empty.clone().pursued(candidates, tie).heard(&empty, candidates, tie);
     // What is wrong in a sensor, or with a body, passes for many laws of single channels.
     if best.leaves_more_than_noise() {
@@ -169,6 +168,7 @@ struct Taken {
 #[derive(Clone)]
 struct Pursuit<'a> {
     columns: &'a Columns<'a>,
+    offers: &'a Offers,
     /// Columns of the model's own parameters, and their tolerances.
     known: Vec<(Column, f64)>,
     right: Vec<Vec<f64>>,
@@ -190,7 +190,7 @@ struct Base {
 }
 
 impl<'a> Pursuit<'a> {
-    fn new(columns: &'a Columns<'a>, belief: &Belief) -> Option<Self> {
+    fn new(columns: &'a Columns<'a>, offers: &'a Offers, belief: &Belief) -> Option<Self> {
         let rows = columns.rows;
         let right: Vec<Vec<f64>> = rows
             .iter()
@@ -218,7 +218,8 @@ impl<'a> Pursuit<'a> {
         blocks.iter().any(Option::is_some).then_some(())?;
         let inputs_of = columns.inputs_that_drive_one();
         let prior_odds = belief.prior_odds;
-        let mut this = Self { columns, known, right, blocks, taken: vec![], inputs_of, prior_odds };
+        let taken = vec![];
+        let mut this = Self { columns, offers, known, right, blocks, taken, inputs_of, prior_odds };
         this.quiet()?;
         Some(this)
     }
@@ -311,19 +312,6 @@ impl<'a> Pursuit<'a> {
         Some(())
     }
 
-    /// The shapes of a candidate that may be, none of which takes away most of an input; and the share of its power
-    /// that each takes.
-    fn shapes(&self, candidate: &Candidate) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let problem = self.columns.problem;
-        let scales = problem.scales(candidate.effect, candidate.channel, candidate.other);
-        let taken = |shape: &[f64]| match candidate.effect.law {
-            Law::Input(law) => self.columns.taken_from_input(law, candidate.channel, shape),
-            Law::Force(_) | Law::Sensor(_) | Law::Structure(_) => 0.0,
-        };
-        let all = candidate.shapes(&scales).into_iter().map(|shape| (taken(&shape), shape));
-        all.filter(|(taken, _)| *taken < MOST_TAKEN).map(|(taken, shape)| (shape, taken)).unzip()
-    }
-
     /// Whether a law acts on this channel and by itself, without a reaction elsewhere.
     fn acts_alone(&self, candidate: &Candidate, c: usize) -> bool {
         match candidate.effect.law {
@@ -345,21 +333,20 @@ impl<'a> Pursuit<'a> {
     /// The best shape of a candidate beside what is taken, and nats that it gains, all shapes counted.
     fn scored(&self, base: &Base, candidate: &Candidate) -> Option<(Taken, f64)> {
         let problem = self.columns.problem;
-        let (shapes, shares) = self.shapes(candidate);
+        let offer = self.offers.of(self.columns, candidate);
         let (sd, magnitude) = priors(problem, candidate);
-        let all = self.columns.of(candidate, &shapes);
         let mut tried: Vec<(usize, f64)> = vec![];
-        for (number, columns) in all.iter().enumerate() {
+        for (number, columns) in offer.columns.iter().enumerate() {
             let gain = self.gain(base, columns, &sd, magnitude);
             // Twice a law takes four times the power.
-            let leaves_input = |by: &f64| by * by * shares[number] < MOST_TAKEN;
+            let leaves_input = |by: &f64| by * by * offer.shares[number] < MOST_TAKEN;
             let may_be = |g: &(f64, Vec<f64>)| g.0.is_finite() && g.1.iter().all(leaves_input);
             tried.extend(gain.filter(may_be).map(|g| (number, g.0)));
         }
-        let gain = log_sum_exp(tried.iter().map(|t| t.1)) - (shapes.len() as f64).ln();
+        let gain = log_sum_exp(tried.iter().map(|t| t.1)) - (offer.shapes.len() as f64).ln();
         let (best, _) = tried.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let columns = all.into_iter().nth(best)?;
-        let term = Term { candidate: *candidate, shape: shapes[best].clone() };
+        let columns = offer.columns[best].clone();
+        let term = Term { candidate: *candidate, shape: offer.shapes[best].clone() };
         Some((Taken { term, columns, sd }, gain))
     }
 
@@ -556,17 +543,17 @@ impl<'a> Pursuit<'a> {
             if self.taken.iter().any(|t| t.term.candidate.excludes(candidate)) {
                 continue;
             }
-            let (shapes, _) = self.shapes(candidate);
+            let offer = self.offers.of(self.columns, candidate);
             let (sd, magnitude) = priors(problem, candidate);
-            for (columns, shape) in self.columns.of(candidate, &shapes).into_iter().zip(shapes) {
+            for (columns, shape) in offer.columns.iter().zip(&offer.shapes) {
                 let only = columns.iter().all(|col| col.len() == 1 && col[0].0 == c);
                 if !only || columns.is_empty() {
                     continue;
                 }
                 let own = columns.iter().map(|col| whiten(&col[0].1)).collect();
                 subset.offer(*candidate, own, &sd, magnitude);
-                let term = Term { candidate: *candidate, shape };
-                made.push(Taken { term, columns, sd: sd.clone() });
+                let term = Term { candidate: *candidate, shape: shape.clone() };
+                made.push(Taken { term, columns: columns.clone(), sd: sd.clone() });
             }
         }
         let series = |left: &[f64]| colour(series(rows, left).into_iter(), RELIABLE);

@@ -59,6 +59,7 @@ mod evidence;
 mod knots;
 mod laws;
 mod measured;
+mod offers;
 mod rows;
 mod subset;
 mod windows;

@@ -161,18 +161,19 @@ impl<'a> Predictor<'a> {
         let mut y = vec![T::constant(0.0); count];
         let series = (&observed.times[..], &effective[..]);
         let inputs = self.model.inputs_along(series, range, substeps);
-        let inputs = inputs.map(|_, u| T::constant(*u));
+        let mut u = vec![T::constant(0.0); self.model.input_width()];
         for at in 0..times.len() {
             if !state.iter().all(|x| x.value().is_finite()) {
                 break;
             }
-            model.system.impose(inputs.sample(at), state);
-            self.observation.evaluate(&model.system, times[at], state, inputs.sample(at), &mut y);
+            inputs.sample_in(at, &mut u);
+            model.system.impose(&u, state);
+            self.observation.evaluate(&model.system, times[at], state, &u, &mut y);
             outputs.iter_mut().zip(&y).for_each(|(series, y)| series[at] = *y);
             if at + 1 == times.len() {
                 break;
             }
-            let (span, input) = ((times[at], times[at + 1]), inputs.step(at));
+            let (span, input) = ((times[at], times[at + 1]), inputs.step_in(at));
             model.system.advance(&mut workspace, span, input, substeps, state);
         }
         for (series, output) in outputs.iter_mut().zip(&self.dataset.outputs) {

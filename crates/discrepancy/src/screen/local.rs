@@ -92,8 +92,8 @@ pub(super) fn along(fit: &Fit, r: usize, run: &Run) -> Result<Along, FitError> {
     let motion = problem.motion(&fit.hypothesis, r, &maps.path);
     let Run { windows, starts, .. } = *run;
     // What is seen through the filters of this very run.
-    let all =
-        Run { filters: &maps.filters, ..*run }.linearise(fit.problem.dataset.recordings.len())?;
+    let filtered = Run { filters: &maps.filters, ..*run };
+    let all = filtered.linearise_in_pieces(problem.dataset.recordings.len())?;
     let machine = problem.model.machine_states();
     let memory = starts.memory.len();
     let local = |(k, (columns, window)): (usize, (Columns, &Window))| {

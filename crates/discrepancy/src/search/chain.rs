@@ -84,7 +84,7 @@ pub fn polish(fit: Fit) -> Fit {
 }
 
 fn improved(fit: Fit, effort: Effort) -> Fit {
-    match fit.refit(fit.hypothesis.clone(), effort) {
+    match fit.further(effort) {
         Ok(better) if better.misfit() <= fit.misfit() => better,
         _ => fit,
     }

@@ -7,7 +7,7 @@
 //! every effect, and what an effect gains is what it spares them.
 
 use super::forward::{Tried, rank};
-use super::{Path, Search, Searched, untried};
+use super::{Once, Path, Search, Searched, untried};
 use crate::likelihood::{FULL, Fit, FitError, ProcessNoise, QUICK, intensity};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -26,10 +26,15 @@ pub(super) struct Quieted<'p> {
 impl<'p> Search<'p> {
     /// The search where the model's parameters leave more than noise: beside what drives the
     /// machine, as long as anything does. None where nothing does from the beginning.
-    pub(super) fn search_driven(&self, exact: &Fit<'p>, floor: f64) -> Option<Searched<'p>> {
+    pub(super) fn search_driven(
+        &self,
+        exact: &Fit<'p>,
+        floor: f64,
+        driven: &Once<'p>,
+    ) -> Option<Searched<'p>> {
         self.watch.tell("looking for what drives the machine beside its inputs");
-        let calibrated = self.calibrated_driven(exact).ok()??;
-        let found = self.search_from(calibrated, floor);
+        let calibrated = self.calibrated_once(exact, driven).clone()?;
+        let found = self.search_from(calibrated, floor, &Once::new());
         let found = Searched { undriven: exact.reduced(), ..found };
         if found.path.fit.noise.is_none() {
             return Some(found);
@@ -122,9 +127,13 @@ impl<'p> Search<'p> {
 
     /// Whether noise that drives the machine says all that is missing: beside it nothing promises to
     /// be worth its prior odds.
-    pub(super) fn is_driven(&self, exact: &Fit<'p>) -> bool {
-        let driven = self.calibrated_driven(exact).ok().flatten();
-        driven.is_some_and(|fit| self.look(&fit).promise < self.decision.prior_odds)
+    pub(super) fn is_driven(&self, exact: &Fit<'p>, driven: &Once<'p>) -> bool {
+        let driven = self.calibrated_once(exact, driven).as_ref();
+        driven.is_some_and(|fit| self.look(fit).promise < self.decision.prior_odds)
+    }
+
+    fn calibrated_once<'o>(&self, exact: &Fit<'p>, driven: &'o Once<'p>) -> &'o Option<Fit<'p>> {
+        driven.get_or_init(|| self.calibrated_driven(exact).ok().flatten())
     }
 
     /// A fit with the intensities that are most likely along it.

@@ -41,6 +41,7 @@ use crate::{DiagnoseError, Scope, Watch};
 use forward::Look;
 use lacuna_effects::Law;
 use lacuna_plants::model::ModelEffect;
+use std::cell::OnceCell;
 
 /// Most effects that are searched for: evidence stops the search long before; this guards against
 /// a search without an end.
@@ -124,6 +125,9 @@ struct Path<'p> {
     named: Vec<Named>,
 }
 
+/// A fit that several steps of a search ask for, if there is one: made when it is first asked for.
+type Once<'p> = OnceCell<Option<Fit<'p>>>;
+
 /// What a search ends with.
 struct Searched<'p> {
     calibrated: Fit<'p>,
@@ -194,7 +198,8 @@ impl<'p> Search<'p> {
         }
         self.watch.tell("fitting the model's own parameters");
         let (calibrated, floor) = self.calibrated()?;
-        let free = self.search_from(calibrated.clone(), floor);
+        let beside_noise = Once::new();
+        let free = self.search_from(calibrated.clone(), floor, &beside_noise);
         // What little is left where the model follows its recordings from end to end is noise of
         // another colour or size than was estimated.
         let floor = if calibrated.windowed.level == 0 { floor } else { 1.0 };
@@ -206,7 +211,7 @@ impl<'p> Search<'p> {
         }
         let driven = match self.watch.is_late() {
             true => None,
-            false => self.search_driven(&calibrated, free.floor),
+            false => self.search_driven(&calibrated, free.floor, &beside_noise),
         };
         // What was cut short is not compared with what was not.
         if self.watch.skips(untried::DRIVEN) {
@@ -226,18 +231,20 @@ impl<'p> Search<'p> {
         (0..problem.model.inputs.len()).any(shows)
     }
 
-    /// The effects beside a calibrated model that folds do not speak against.
-    fn search_from(&self, calibrated: Fit<'p>, floor: f64) -> Searched<'p> {
+    /// The effects beside a calibrated model that folds do not speak against; `driven` is that model beside
+    /// what drives the machine.
+    fn search_from(&self, calibrated: Fit<'p>, floor: f64, driven: &Once<'p>) -> Searched<'p> {
         if self.watch.skips(untried::EFFECTS) {
             return self.unsearched(calibrated, floor);
         }
         let look = self.look(&calibrated);
         let promise = look.promise * calibrated.inflation() / calibrated.temperature();
-        let (calibrated, look, first) = self.first(calibrated, look);
-        let (mut path, is_curve) = self.curve_at_once(&calibrated, &look, first);
+        let (calibrated, look, first) = self.first(calibrated, look, driven);
+        let curve = Once::new();
+        let (mut path, is_curve) = self.curve_at_once(&calibrated, (&look, &curve), first);
         if !is_curve && !path.named.is_empty() {
             path = self.forward(path, None, MOST_EFFECTS);
-            path = self.unknown(&calibrated, &look, path);
+            path = self.unknown(&calibrated, (&look, &curve), path);
         }
         self.watch.tell("leaving recordings out");
         let path = self.select(&calibrated, self.prune(&calibrated, path));
@@ -312,12 +319,17 @@ impl<'p> Search<'p> {
     /// The first effect, or none. A mismatch that short windows cannot name is looked for in
     /// longer ones, however badly the model follows them: free states, above all those that
     /// nothing measures, take up in a short window what varies slowly.
-    fn first(&self, mut base: Fit<'p>, mut look: Look) -> (Fit<'p>, Look, Path<'p>) {
+    fn first(
+        &self,
+        mut base: Fit<'p>,
+        mut look: Look,
+        driven: &Once<'p>,
+    ) -> (Fit<'p>, Look, Path<'p>) {
         let begin = |base: &Fit<'p>| Path { fit: base.clone(), named: vec![] };
         let mut path = self.forward(begin(&base), Some(look.clone()), 1);
         if !path.named.is_empty()
             || base.reduced() < self.decision.explained
-            || self.is_driven(&base)
+            || self.is_driven(&base, driven)
         {
             return (base, look, path);
         }

@@ -3,7 +3,7 @@
 
 use super::driven::Quieted;
 use super::forward::{Look, rank, says_alike, settles};
-use super::{MOST_EFFECTS, Named, Path, Rival, Search, candidate_of, chain, untried};
+use super::{MOST_EFFECTS, Named, Once, Path, Rival, Search, candidate_of, chain, untried};
 use crate::decision::Decision;
 use crate::likelihood::{FULL, Fit, QUICK};
 use crate::screen::Screen;
@@ -116,7 +116,12 @@ impl<'p> Search<'p> {
     }
 
     /// A free curve over one variable, where it beats the catalogue's best.
-    pub(super) fn unknown(&self, base: &Fit<'p>, look: &Look, parametric: Path<'p>) -> Path<'p> {
+    pub(super) fn unknown(
+        &self,
+        base: &Fit<'p>,
+        (look, curve): (&Look, &Once<'p>),
+        parametric: Path<'p>,
+    ) -> Path<'p> {
         if self.watch.skips(untried::CURVES) {
             return parametric;
         }
@@ -126,7 +131,8 @@ impl<'p> Search<'p> {
         if left.first().is_none_or(|s| s.gain < self.decision.prior_odds) {
             return parametric;
         }
-        let Some(curve) = self.best_curve(base, look) else { return parametric };
+        let curve = curve.get_or_init(|| self.best_curve(base, look)).clone();
+        let Some(curve) = curve else { return parametric };
         self.curve_instead(base, &parametric, curve, look.blur).unwrap_or(parametric)
     }
 
@@ -135,14 +141,15 @@ impl<'p> Search<'p> {
     pub(super) fn curve_at_once(
         &self,
         base: &Fit<'p>,
-        look: &Look,
+        (look, curve): (&Look, &Once<'p>),
         first: Path<'p>,
     ) -> (Path<'p>, bool) {
         let noise = self.decision.noise;
         if first.fit.excess() < noise - 1.0 {
             return (first, false);
         }
-        let Some(curve) = self.best_curve(base, look) else { return (first, false) };
+        let curve = curve.get_or_init(|| self.best_curve(base, look)).clone();
+        let Some(curve) = curve else { return (first, false) };
         if curve.excess() > noise - 1.0 || curve.windowed.level > first.fit.windowed.level {
             return (first, false);
         }

@@ -146,13 +146,13 @@ impl Program {
     pub fn evaluate_in<T: Number>(&self, r: &mut [T], variables: &[T], outputs: &mut [T]) {
         let frozen = self.frozen.len();
         for (register, &slot) in r[frozen..].iter_mut().zip(&*self.variables) {
-            *register = variables[slot as usize];
+            *register = variables[slot as usize].same();
         }
         for &Instruction { op, a, b, to } in &*self.body {
             r[to as usize] = op.apply(r[a as usize], r[b as usize]);
         }
         for (output, &register) in outputs.iter_mut().zip(&*self.outputs) {
-            *output = r[register as usize];
+            *output = r[register as usize].same();
         }
     }
 }

@@ -11,7 +11,8 @@ pub(super) struct Force<T: Number> {
     any: &'static dyn AnyForceLaw,
     law: &'static dyn ForceLawIn<T>,
     channel: usize,
-    other: Option<usize>,
+    /// The channel on which its reaction acts.
+    reaction: Option<usize>,
     /// Where the channel and the other one stand in the state.
     places: Vec<Channel>,
     amplitudes: Vec<T>,
@@ -39,7 +40,7 @@ impl<T: Number> Force<T> {
             any,
             law,
             channel: e.channel,
-            other: e.other,
+            reaction: e.other.filter(|_| any.reacts()),
             places: model.places(e.effect, e.channel, e.other),
             amplitudes: internal,
             shape,
@@ -74,7 +75,7 @@ impl<T: Number> Force<T> {
         let at = At { sample: self.sample, inputs, memory, ..At::new(t, state, &self.places) };
         let sum = self.law.force(&self.amplitudes, &self.shape, &at);
         force[self.channel] = force[self.channel] + sum;
-        if let (true, Some(other)) = (self.any.reacts(), self.other) {
+        if let Some(other) = self.reaction {
             force[other] = force[other] - sum * self.law.passed_on(&self.shape);
         }
         if self.inertial {

@@ -36,7 +36,7 @@ use crate::dynamics::{Dynamics, Mass};
 use crate::expression::FORCE_ON;
 use crate::input::{InputPath, MOTION};
 use lacuna_effects::{Channel, Effect, Law, Variable};
-use lacuna_numbers::Linear;
+use lacuna_numbers::Number;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -260,12 +260,12 @@ impl Model {
     /// Sampled rows of inputs along the steps between the samples of a range, each taken in
     /// `substeps` Runge-Kutta steps.
     #[must_use]
-    pub fn inputs_along<T: Linear>(
+    pub fn inputs_along<'s, T: Number>(
         &self,
-        series: (&[f64], &[T]),
+        series: (&[f64], &'s [T]),
         range: Range<usize>,
         substeps: usize,
-    ) -> InputPath<T> {
+    ) -> InputPath<'s, T> {
         let width = (self.inputs.len(), self.imposed().count());
         self.hold.along_motion(series, range, width, substeps)
     }

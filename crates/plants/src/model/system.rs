@@ -8,7 +8,7 @@ use crate::Plant;
 use crate::dynamics::{Bound, BoundDynamics, Implicit, Room, Sizes};
 use crate::input::{MOTION, StepInput};
 use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
-use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_numbers::{Dual, LANES, Number, copy};
 
 /// Most variables and rates that are evaluated without touching the heap.
 const ON_STACK: usize = 20;
@@ -22,6 +22,8 @@ pub enum Direction {
     Effect(usize, usize),
     /// A constant force on a channel.
     Force(usize),
+    /// A constant change of an input.
+    Input(usize),
 }
 
 impl Direction {
@@ -50,6 +52,8 @@ pub struct System<T: Number = f64> {
     forces: Vec<Force<T>>,
     /// Constant forces, one a channel.
     push: Vec<T>,
+    /// Changes of inputs, which carry derivatives alone.
+    change: Vec<(usize, T)>,
     memory: usize,
     /// Coordinates whose motion is imposed.
     imposed: Vec<usize>,
@@ -102,19 +106,23 @@ impl System<Dual> {
         debug_assert!(directions.iter().all(|d| d.1 < LANES));
         let mut numbers: Vec<Dual> = parameters.iter().map(|&p| Dual::constant(p)).collect();
         let mut push = vec![Dual::constant(0.0); model.channels()];
+        let mut change = vec![];
         for &(direction, lane) in directions {
             match direction {
                 Direction::Parameter(k) => numbers[k] = Dual::direction(parameters[k], lane),
                 Direction::Force(c) => push[c] = Dual::direction(0.0, lane),
+                // What -0 is added to stays as it is, were it -0 itself.
+                Direction::Input(j) => change.push((j, Dual::direction(-0.0, lane))),
                 Direction::Effect(..) => {}
             }
         }
         let numbers = model.with_structure_along(numbers, effects, directions);
         let bound = model.dynamics.bind_dual(&numbers);
         let law = |law: &'static dyn AnyForceLaw| law.dual();
-        Self::built(model, bound, effects, (push, sample), law, |index, e| {
+        let system = Self::built(model, bound, effects, (push, sample), law, |index, e| {
             e.internal_along(Direction::of_effect(directions, index))
-        })
+        });
+        Self { change, ..system }
     }
 }
 
@@ -137,7 +145,7 @@ impl<T: Number> System<T> {
             memory += law.memory();
         }
         let (sizes, imposed) = (model.dynamics.sizes(), model.imposed().collect());
-        Self { bound, sizes, forces, push, memory, imposed }
+        Self { bound, sizes, forces, push, change: vec![], memory, imposed }
     }
 
     /// The dynamics, their parameters set.
@@ -285,11 +293,16 @@ impl<T: Number> System<T> {
         (state, step): (&[T], f64),
     ) {
         inputs.at(part, &mut w.input);
-        w.stage.copy_from_slice(state);
+        for (j, change) in &self.change {
+            w.input[*j] = w.input[*j] + *change;
+        }
         if k > 0 {
-            for (x, slope) in w.stage.iter_mut().zip(&w.slope[k - 1]) {
-                *x = *x + *slope * step;
+            let slopes = &w.slope[k - 1];
+            for ((moved, x), slope) in w.stage.iter_mut().zip(state).zip(slopes) {
+                *moved = *x + *slope * step;
             }
+        } else {
+            copy(state, &mut w.stage);
         }
         self.impose(&w.input, &mut w.stage);
         self.variables((t, &w.stage, &w.input), &mut w.variables);
@@ -299,8 +312,8 @@ impl<T: Number> System<T> {
     #[inline(always)]
     pub(super) fn variables(&self, (t, state, u): (f64, &[T], &[T]), variables: &mut [T]) {
         let (machine, m) = (self.machine_states(), self.sizes.inputs);
-        variables[..machine].copy_from_slice(&state[..machine]);
-        variables[machine..machine + m].copy_from_slice(&u[..m]);
+        copy(&state[..machine], &mut variables[..machine]);
+        copy(&u[..m], &mut variables[machine..machine + m]);
         variables[machine + m] = T::constant(t);
     }
 
@@ -338,8 +351,8 @@ impl<T: Number> System<T> {
         let acceleration = |k: usize| u[self.sizes.inputs + MOTION * k + 2];
         impose(&self.imposed, acceleration, mass, &mut force[..n]);
         solve_mass(mass, &mut force[..n]);
-        derivative[..n].copy_from_slice(&state[n..2 * n]);
-        derivative[n..machine].copy_from_slice(force);
+        copy(&state[n..2 * n], &mut derivative[..n]);
+        copy(force, &mut derivative[n..machine]);
     }
 }
 
@@ -374,12 +387,14 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> pulp::WithSimd for Along<'_, T, B>
         let Strand { system, workspace: w, inputs, state } = strand;
         let h = (times.1 - times.0) / substeps as f64;
         for s in 0..substeps {
-            let part = |c: usize| (2 * s + c, 2 * substeps);
             let t = times.0 + s as f64 * h;
-            system.stage(bound, w, 0, (t, part(0)), inputs, (state, 0.0));
-            system.stage(bound, w, 1, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
-            system.stage(bound, w, 2, (t + 0.5 * h, part(1)), inputs, (state, 0.5 * h));
-            system.stage(bound, w, 3, (t + h, part(2)), inputs, (state, h));
+            // In a loop: four copies of a stage are more code than is read ahead.
+            for (k, (half, step)) in
+                [(0, 0.0), (1, 0.5 * h), (1, 0.5 * h), (2, h)].into_iter().enumerate()
+            {
+                let part = (2 * s + half, 2 * substeps);
+                system.stage(bound, w, k, (t + step, part), inputs, (state, step));
+            }
             w.complete(h, state);
             system.impose(&w.input, state);
         }

@@ -4,7 +4,7 @@ use super::mass::{factor, solve_factored};
 use super::system::{Step, System, Workspace};
 use crate::dynamics::{Implicit, ImplicitRoom};
 use crate::input::StepInput;
-use lacuna_numbers::Number;
+use lacuna_numbers::{Number, copy};
 
 /// One of several systems that are stepped side by side.
 pub struct Strand<'a, T: Number> {
@@ -141,7 +141,7 @@ fn stage<T: Number>(strands: &mut [Strand<'_, T>], shared: &mut Shared, k: usize
         dynamics.derive(&shared.room, &w.variables, force);
         solve_factored(shared.factors(), force);
         let slope = &mut w.slope[k];
-        slope[..n].copy_from_slice(&w.stage[n..2 * n]);
+        copy(&w.stage[n..2 * n], &mut slope[..n]);
         for ((slope, force), a) in slope[n..].iter_mut().zip(force).zip(&shared.accelerations) {
             *slope = force.mapped(*a, 1.0);
         }
