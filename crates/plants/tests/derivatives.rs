@@ -65,6 +65,29 @@ fn run(model: &Model, parameters: &[f64], effects: usize, moved: f64, start: &[f
     x
 }
 
+/// Inputs that carry their own derivatives, and plain ones beside a change of each: the same.
+#[test]
+fn a_change_of_an_input_is_a_direction() {
+    let model = Model::from_text(ARM, "arm.toml").expect("valid");
+    let run = |directions: &[(Direction, usize)], inputs: StepInput<Dual>| {
+        let system = System::along(&model, &model.values(), &model.effects, directions, 0.0);
+        let mut w = system.workspace();
+        let mut x = [0.3, -0.4, 0.1, 0.5, 0.02].map(Dual::constant);
+        system.advance(&mut w, (0.0, STEP), inputs, 2, &mut x);
+        x
+    };
+    let changes = [(Direction::Input(0), 1), (Direction::Input(1), 4)];
+    let seeded = |u: [f64; 2]| [Dual::direction(u[0], 1), Dual::direction(u[1], 4)];
+    let (here, next) = ([0.3, -1.0], [0.5, 0.0]);
+    let moved = run(&[], StepInput::Line(&seeded(here), &seeded(next)));
+    assert_eq!(moved, run(&changes, StepInput::PlainLine(&here, &next)));
+    assert!([1, 4].iter().all(|l| moved.iter().any(|x| x.tangent[*l].abs() > 1e-9)), "{moved:?}");
+    let rows = [0.3, -1.0, 0.1, 0.7, -0.2, 0.4, 0.9, 0.0, 0.5, 0.0];
+    let seeds: Vec<Dual> = rows.chunks_exact(2).flat_map(|row| seeded([row[0], row[1]])).collect();
+    let moved = run(&[], StepInput::Stages(&seeds));
+    assert_eq!(moved, run(&changes, StepInput::PlainStages(&rows)));
+}
+
 #[test]
 fn a_simulation_carries_its_derivatives() {
     let model = Model::from_text(ARM, "arm.toml").expect("valid");

@@ -148,6 +148,7 @@ fn derivatives_of_the_force_agree_with_differences() {
                 let here = force(&values, &model.effects, &state);
                 [here[0] + on_x, here[1] - 2.0 * on_x]
             }
+            Direction::Input(_) => unreachable!("an observation is given its inputs"),
         };
         let step = 1e-6;
         let (there, back) = (moved(step), moved(-step));

@@ -22,7 +22,6 @@ use lacuna_plants::model::{
 };
 use pulp::Simd;
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::ops::Range;
 
 /// A recording's maps from sample to sample.
@@ -299,7 +298,7 @@ struct Linearising<'r> {
     noise: Option<&'r ProcessNoise>,
     variances: &'r [f64],
     /// The effective inputs.
-    inputs: &'r Cow<'r, [f64]>,
+    inputs: &'r [f64],
     system: System,
     chunks: Vec<Chunk>,
     maps: Maps,
@@ -342,7 +341,7 @@ impl<'r> Linearising<'r> {
     fn new(
         run: &'r Run<'r>,
         (noise, variances): (Option<&'r ProcessNoise>, &'r [f64]),
-        inputs: &'r Cow<'r, [f64]>,
+        inputs: &'r [f64],
         maps: &Maps,
     ) -> Self {
         let chunks =

@@ -163,19 +163,21 @@ impl<'a> Problem<'a> {
         Cow::Owned(effective_inputs(&on_inputs, m, &observed.times, commands))
     }
 
-    /// The effective inputs of a recording along one of its windows and the step that leaves it.
+    /// Effective inputs of a recording along one of its windows and the step that leaves it.
     pub(super) fn inputs_along<'s>(
         &self,
         w: &Window,
-        inputs: &'s Cow<'_, [f64]>,
+        inputs: &'s [f64],
         substeps: usize,
     ) -> Arc<InputPath<'s, f64>> {
-        let times = &self.dataset.recordings[w.recording].times[..];
+        let Observed { times, commands, .. } = &self.dataset.recordings[w.recording];
         let range = w.range.start..w.range.end + 1;
-        let make = || self.model.inputs_along((times, &inputs[..]), range, substeps);
-        match inputs {
-            Cow::Borrowed(_) => self.paths.along(w, substeps, make),
-            Cow::Owned(_) => Arc::new(make()),
+        let make = || self.model.inputs_along((times, inputs), range, substeps);
+        // Those that were recorded are the same for all fits.
+        if std::ptr::eq(inputs, &commands[..]) {
+            self.paths.along(w, substeps, make)
+        } else {
+            Arc::new(make())
         }
     }
 
