@@ -80,6 +80,7 @@ pub fn most_likely(
         along.share_out(&used[stated..], &mut best, &mut here);
         used.push(source);
     }
+    along.exchange(&mut best, &mut here, worth);
     Ok((here, best - begin))
 }
 
@@ -183,6 +184,26 @@ impl<'a> Along<'a> {
             let (gained, noise) = self.refined(here, scan);
             if gained > *best {
                 (*best, *here) = (gained, noise);
+            }
+        }
+    }
+
+    /// Noise on an input in the place of a force that it drives and that does no better, whichever came first: which
+    /// of the two is ahead along a fit that is far from its optimum hangs on how finely each is sought.
+    fn exchange(&self, best: &mut f64, here: &mut ProcessNoise, worth: f64) {
+        let model = self.problem.model;
+        for c in 0..here.forces.len() {
+            for j in model.inputs_about(c) {
+                if here.forces[c] == 0.0 || model.inputs[j].noise.is_some() {
+                    continue;
+                }
+                let mut others = here.clone();
+                others.forces[c] = 0.0;
+                let input = Source::Input(j);
+                let (gained, noise) = self.refined(&others, self.scan(&others, input));
+                if gained + worth > *best {
+                    (*best, *here) = (gained, noise);
+                }
             }
         }
     }

@@ -111,6 +111,13 @@ fn the_intensity_of_noise_on_an_input_is_found_and_none_where_there_is_none() {
             assert!((found / sd - 1.0).abs() < 0.25, "seed {seed}: {found} for {sd}");
             assert!(noise.forces.iter().all(|f| *f == 0.0), "an input explains it: {noise:?}");
             assert!(gained > 10.0, "{gained}");
+            // A force that was taken for it before gives way to it.
+            let step = dataset.recordings[0].times[1] - dataset.recordings[0].times[0];
+            let forces = vec![sd * step.sqrt(); problem.model.channels()];
+            let before = ProcessNoise { forces, ..ProcessNoise::none(&problem) };
+            let (again, _) = intensity::most_likely(&fit, 2.0, Some(&before)).expect("likelihoods");
+            assert!((again.inputs[0] / found - 1.0).abs() < 0.05, "{again:?}, {noise:?}");
+            assert!(again.forces.iter().all(|f| *f == 0.0), "a force stays: {again:?}");
         } else {
             assert!(gained < 10.0, "seed {seed}: {noise:?} gains {gained}");
         }
