@@ -206,13 +206,12 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn further(&self, effort: Effort) -> Result<Self, FitError> {
-        let h = self.hypothesis.clone();
-        let windowed = self.windows_for(&h);
+        let (h, windowed) = (self.hypothesis.clone(), self.windowed.clone());
         let steps = self.problem.substeps(&h.parameters, &h.effects, self.noise.is_some());
         let known = self.linearised.clone().filter(|_| steps == self.substeps);
         let known = known.map(|blocks| Linearised { blocks, residuals: self.residuals.clone() });
-        let minimisation = Minimisation::new(self.problem, h, windowed, steps);
-        Minimisation { known, noise: self.noise.clone(), ..minimisation }.run(effort)
+        let begun = begun(self.problem, h, windowed, (self.noise.clone(), steps));
+        Minimisation { known, ..begun }.run(effort)
     }
 
     /// Fit the same hypothesis in windows of another level.
@@ -525,10 +524,20 @@ fn minimise<'p>(
     problem: &'p Problem<'p>,
     hypothesis: Hypothesis,
     windowed: Windowed,
-    (noise, substeps): (Option<Arc<ProcessNoise>>, usize),
+    driven: (Option<Arc<ProcessNoise>>, usize),
     effort: Effort,
 ) -> Result<Fit<'p>, FitError> {
+    begun(problem, hypothesis, windowed, driven).run(effort)
+}
+
+/// A minimisation in windows that are fitted to the hypothesis, beside noise with so many steps a sample.
+fn begun<'p>(
+    problem: &'p Problem<'p>,
+    hypothesis: Hypothesis,
+    windowed: Windowed,
+    (noise, substeps): (Option<Arc<ProcessNoise>>, usize),
+) -> Minimisation<'p> {
     let windowed = windowed.fitted_to(problem, &hypothesis);
     let minimisation = Minimisation::new(problem, hypothesis, windowed, substeps);
-    Minimisation { noise, ..minimisation }.run(effort)
+    Minimisation { noise, ..minimisation }
 }

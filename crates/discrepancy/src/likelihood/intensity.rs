@@ -192,17 +192,17 @@ impl<'a> Along<'a> {
     /// of the two is ahead along a fit that is far from its optimum hangs on how finely each is sought.
     fn exchange(&self, best: &mut f64, here: &mut ProcessNoise, worth: f64) {
         let model = self.problem.model;
-        for c in 0..here.forces.len() {
+        for c in (0..here.forces.len()).filter(|c| here.forces[*c] > 0.0).collect::<Vec<_>>() {
+            let mut others = here.clone();
+            others.forces[c] = 0.0;
             for j in model.inputs_about(c) {
-                if here.forces[c] == 0.0 || model.inputs[j].noise.is_some() {
+                if model.inputs[j].noise.is_some() {
                     continue;
                 }
-                let mut others = here.clone();
-                others.forces[c] = 0.0;
-                let input = Source::Input(j);
-                let (gained, noise) = self.refined(&others, self.scan(&others, input));
+                let (gained, noise) = self.refined(&others, self.scan(&others, Source::Input(j)));
                 if gained + worth > *best {
                     (*best, *here) = (gained, noise);
+                    break;
                 }
             }
         }

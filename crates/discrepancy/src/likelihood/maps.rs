@@ -13,7 +13,7 @@ use super::chain::Sensing;
 use super::end::Diverged;
 use super::filter::{Filter, Making};
 use super::lanes::Lanes;
-use super::sweep::Run;
+use super::sweep::{Run, piece_length};
 use super::{ProcessNoise, Window};
 use lacuna_numbers::{Dual, LANES, Linear, Number};
 use lacuna_plants::InputPath;
@@ -121,9 +121,7 @@ impl Maps {
             inputs: inputs.to_vec(),
             filters: vec![],
         };
-        const PIECES: usize = 4;
-        let most = if run.starts.memory.is_empty() { PIECES } else { 1 };
-        let length = run.windows.len().div_ceil(most).max(1);
+        let length = piece_length(run.windows.len(), &run.starts.memory);
         let pieces = run.windows.par_chunks(length).zip(run.starts.machine.par_chunks(length));
         let pieces =
             pieces.map(|p| Linearising::new(run, (noise, variances), &inputs, &maps).through(p));

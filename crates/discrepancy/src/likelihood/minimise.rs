@@ -3,7 +3,7 @@
 use super::end::{End, FitError};
 use super::maps::Maps;
 use super::normal::{Arrow, Block, Memory, Step};
-use super::sweep::{self, Run, Starts};
+use super::sweep::{self, Piece, Run, Starts};
 use super::{Filter, Fit, Hypothesis, Problem, ProcessNoise, Window, Windowed};
 use lacuna_effects::Law;
 use lacuna_plants::model::System;
@@ -230,28 +230,18 @@ impl<'p> Minimisation<'p> {
         Run { problem, hypothesis, windows, starts, filters, substeps: *substeps }
     }
 
-    /// The windows in pieces that can be run through side by side, each with its states: memory
-    /// runs on from window to window, and without any a recording falls apart.
-    fn pieces(&self) -> Vec<(&[Window], Starts, &[Filter])> {
-        const PIECES: usize = 4;
+    /// The windows of all recordings in pieces.
+    fn pieces(&self) -> Vec<Piece<'_>> {
         let Windowed { windows, starts, .. } = &self.windowed;
-        let mut pieces = vec![];
-        for (r, (windows, starts)) in windows.iter().zip(starts).enumerate() {
-            let most = if starts.memory.is_empty() { PIECES } else { 1 };
-            let length = windows.len().div_ceil(most).max(1);
+        let of = |r: usize| {
             let filters = self.filters.get(r).map_or(&[][..], Vec::as_slice);
-            for (k, w) in windows.chunks(length).enumerate() {
-                let range = k * length..k * length + w.len();
-                let (machine, memory) =
-                    (starts.machine[range.clone()].to_vec(), starts.memory.clone());
-                pieces.push((w, Starts { machine, memory }, filters.get(range).unwrap_or(&[])));
-            }
-        }
-        pieces
+            sweep::pieces(&windows[r], &starts[r], filters)
+        };
+        (0..windows.len()).flat_map(of).collect()
     }
 
     fn squares(&self) -> Result<f64, FitError> {
-        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.piece(w, s, f).squares();
+        let one = |(w, s, f): &Piece| self.piece(w, s, f).squares();
         let sums: Result<Vec<_>, _> = self.pieces().par_iter().map(one).collect();
         Ok(self.counted(sums?.into_iter().flatten()))
     }
@@ -291,7 +281,7 @@ impl<'p> Minimisation<'p> {
     fn linearise(&self) -> Result<Linearised, FitError> {
         let pieces = self.pieces();
         let all = pieces.len();
-        let one = |(w, s, f): &(&[Window], Starts, &[Filter])| self.linearise_piece((w, all), s, f);
+        let one = |(w, s, f): &Piece| self.linearise_piece((w, all), s, f);
         let parts: Result<Vec<_>, FitError> = pieces.par_iter().map(one).collect();
         let (blocks, residuals): (Vec<_>, Vec<_>) = parts?.into_iter().flatten().unzip();
         Ok(Linearised { blocks: blocks.into(), residuals: residuals.into() })

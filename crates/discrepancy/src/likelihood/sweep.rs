@@ -22,6 +22,32 @@ pub struct Starts {
     pub memory: Vec<f64>,
 }
 
+/// Windows one after the other, the states with which they begin, a filter a window.
+pub(super) type Piece<'w> = (&'w [Window], Starts, &'w [Filter]);
+
+/// Windows of a piece of a recording that begins with such a memory: memory runs on from window to window, and
+/// without any a recording falls apart into pieces that can be run through side by side.
+pub(super) fn piece_length(windows: usize, memory: &[f64]) -> usize {
+    const PIECES: usize = 4;
+    windows.div_ceil(if memory.is_empty() { PIECES } else { 1 }).max(1)
+}
+
+/// The windows of a recording in pieces that can be run through side by side.
+pub(super) fn pieces<'w>(
+    windows: &'w [Window],
+    starts: &Starts,
+    filters: &'w [Filter],
+) -> Vec<Piece<'w>> {
+    let length = piece_length(windows.len(), &starts.memory);
+    let piece = |(k, windows): (usize, &'w [Window])| {
+        let range = k * length..k * length + windows.len();
+        let machine = starts.machine[range.clone()].to_vec();
+        let starts = Starts { machine, memory: starts.memory.clone() };
+        (windows, starts, filters.get(range).unwrap_or(&[]))
+    };
+    windows.chunks(length).enumerate().map(piece).collect()
+}
+
 /// Residuals of a window and their derivatives.
 #[derive(Clone, Debug, Default)]
 pub struct Columns {
@@ -155,18 +181,12 @@ impl<'a> Run<'a> {
     /// # Errors
     /// [`Diverged`].
     pub fn linearise_in_pieces(&self, beside: usize) -> Result<Vec<Columns>, Diverged> {
-        const PIECES: usize = 4;
-        let most = if self.starts.memory.is_empty() { PIECES } else { 1 };
-        let length = self.windows.len().div_ceil(most).max(1);
-        let piece = |(k, windows): (usize, &[Window])| {
-            let range = k * length..k * length + windows.len();
-            let machine = self.starts.machine[range.clone()].to_vec();
-            let starts = &Starts { machine, memory: self.starts.memory.clone() };
-            let filters = self.filters.get(range).unwrap_or(&[]);
-            Run { windows, starts, filters, ..*self }.linearise(most * beside)
+        let pieces = pieces(self.windows, self.starts, self.filters);
+        let beside = pieces.len() * beside;
+        let piece = |(windows, starts, filters): &Piece| {
+            Run { windows, starts, filters, ..*self }.linearise(beside)
         };
-        let pieces = self.windows.par_chunks(length).enumerate().map(piece);
-        let parts: Result<Vec<_>, Diverged> = pieces.collect();
+        let parts: Result<Vec<_>, Diverged> = pieces.par_iter().map(piece).collect();
         Ok(parts?.into_iter().flatten().collect())
     }
 

@@ -10,17 +10,16 @@ impl<'p> Search<'p> {
     /// The path with its last effect, a law between two coordinates, as one of its own on each, where these
     /// are worth their prior odds.
     pub(super) fn apart(&self, path: Path<'p>) -> Path<'p> {
-        let Some(last) = path.named.len().checked_sub(1) else { return path };
-        match self.taken_apart(&path.fit, last) {
-            Some((fit, lead)) => self.named_instead(path, last, fit, lead),
+        match self.taken_apart(&path.fit) {
+            Some((fit, lead)) => self.named_instead(path, fit, lead),
             None => path,
         }
     }
 
-    /// A fit with effect `k` taken apart, in the longest windows that it follows then, and the nats by which
-    /// it leads.
-    fn taken_apart(&self, fit: &Fit<'p>, k: usize) -> Option<(Fit<'p>, f64)> {
-        let h = self.two_for_one(&fit.hypothesis, k)?;
+    /// A fit with its last effect taken apart, in the longest windows that it follows then, and the nats by
+    /// which it leads.
+    fn taken_apart(&self, fit: &Fit<'p>) -> Option<(Fit<'p>, f64)> {
+        let h = self.two_for_one(&fit.hypothesis)?;
         let apart = fit.refit(h, FULL).ok()?;
         let lead = apart.gain_over(fit);
         self.watch
@@ -32,13 +31,13 @@ impl<'p> Search<'p> {
         Some((chain::polish(longer), lead))
     }
 
-    /// A hypothesis with a law on each of the coordinates between which effect `k` acts, last in its
-    /// order; none where there are no such laws to be named.
-    fn two_for_one(&self, h: &Hypothesis, k: usize) -> Option<Hypothesis> {
-        let between = &h.supposed()[k];
+    /// A hypothesis with a law on each of the coordinates between which its last effect acts, in the place of
+    /// that; none where there are no such laws to be named.
+    fn two_for_one(&self, h: &Hypothesis) -> Option<Hypothesis> {
+        let between = h.supposed().last()?;
         let effect = between.effect.nature.apart?;
         let parameters = between.parameters[..effect.parameters.len()].to_vec();
-        let plain = h.clone().without(k);
+        let plain = h.clone().without(h.supposed().len() - 1);
         let on = |h: Hypothesis, channel: usize| {
             let of = Candidate { effect, channel, other: None };
             let free = !h.supposed().iter().any(|e| super::candidate_of(e).excludes(&of));

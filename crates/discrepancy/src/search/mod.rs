@@ -8,15 +8,16 @@
 //! 2. Every candidate is screened along the fitted trajectory ([`crate::screen`]); the best are
 //!    fitted with the differential equation itself, and the one with the most evidence stays if
 //!    it is worth its prior odds ([`Decision`]).
-//!    Where short windows name nothing of a mismatch, longer ones are tried.
+//!    Where short windows name nothing of a mismatch, longer ones are tried. A law between two coordinates
+//!    is tried as one of its own on each (`apart`).
 //! 3. The same again with it, as long as a further effect says more than a force of the channel's own
 //!    motion without a formula ([`Screen::remainder`](crate::screen::Screen::remainder)): no law is
 //!    exactly reality's.
 //! 4. Each effect must be missed when it is taken away, and must beat what else could stand in
 //!    its place.
 //! 5. Folds of the recordings that are left out must not speak against it, nor against what it
-//!    says beyond a simpler law (`folds`). Recordings that are held out for proof are not known
-//!    here.
+//!    says beyond a simpler law, which must be no draw (`folds`). Recordings that are held out for
+//!    proof are not known here.
 //! 6. Where more than noise is left, all this once more beside noise that drives the machine, whose
 //!    intensities are found again with each effect; what predicts better stays (`driven`).
 //! 7. A free curve over one variable that beats all that the catalogue offers is an unknown

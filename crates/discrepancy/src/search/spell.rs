@@ -59,7 +59,7 @@ impl<'p> Search<'p> {
         let nearly = path.fit.excess() > decision.explained - 1.0
             && !worth_a_curve(decision, &best, &path.fit);
         if lead > 0.0 || nearly {
-            self.named_instead(path, last, best, lead.max(decision.tie))
+            self.named_instead(path, best, lead.max(decision.tie))
         } else {
             path
         }
@@ -89,17 +89,11 @@ impl<'p> Search<'p> {
         leads.is_none_or(|all| !all.iter().any(|l| l.is_beaten(false, &self.decision)))
     }
 
-    /// The path with the last laws of a fit in the place of effect `k`, which lies behind by `lead`.
-    pub(super) fn named_instead(
-        &self,
-        mut path: Path<'p>,
-        k: usize,
-        best: Fit<'p>,
-        lead: f64,
-    ) -> Path<'p> {
-        path.named.remove(k);
+    /// The path with the last laws of a fit in the place of its own last effect, which lies behind by `lead`.
+    pub(super) fn named_instead(&self, mut path: Path<'p>, best: Fit<'p>, lead: f64) -> Path<'p> {
+        path.named.pop();
         let h = &path.fit.hypothesis;
-        let candidate = h.supposed().get(k).map(candidate_of);
+        let candidate = h.supposed().last().map(candidate_of);
         let rivals: Vec<Rival> = candidate
             .map(|candidate| Rival { candidate, behind: lead, hypothesis: h.clone() })
             .into_iter()
