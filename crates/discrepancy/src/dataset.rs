@@ -3,6 +3,7 @@
 //! output estimated, and imposed motion smoothed.
 
 pub(crate) mod clean;
+pub(crate) mod lost;
 mod wanted;
 
 use crate::DiagnoseError;
@@ -14,6 +15,8 @@ use lacuna_recordings::{
     Gap, InputHold, NoiseEstimate, Prior, Recording, Sampling, Smoother, Trajectory as Path, Unit,
     Wanted, condition, convert, lost_input_variance, resample_input,
 };
+pub use lost::LostInput;
+use std::ops::Range;
 
 /// A measured output of the machine.
 #[derive(Clone, Debug)]
@@ -42,19 +45,10 @@ pub struct Observed {
     pub dropped: usize,
     /// Inputs that nobody recorded, because their rows were dropped.
     pub lost: Vec<LostInput>,
+    /// Samples with which a run begins anew: what was lost before them moves the machine too far.
+    pub anew: Vec<usize>,
     /// What was done to each output; none for recordings that are taken as they are.
     pub cleaned: Vec<Cleaned>,
-}
-
-/// An input of a dropped row: it was on the straight line between its neighbours, or near it.
-#[derive(Clone, Copy, Debug)]
-pub struct LostInput {
-    /// The row.
-    pub row: usize,
-    /// The input.
-    pub input: usize,
-    /// Standard deviation.
-    pub sd: f64,
 }
 
 impl Observed {
@@ -77,9 +71,15 @@ impl Observed {
         self.commands.iter().skip(input).step_by(m).copied().collect()
     }
 
+    /// The samples that one run goes through, one stretch after the other: all of them, unless inputs were lost.
+    pub fn stretches(&self) -> impl Iterator<Item = Range<usize>> {
+        let ends = self.anew.iter().copied().chain([self.len()]);
+        [0].into_iter().chain(self.anew.iter().copied()).zip(ends).map(|(from, to)| from..to)
+    }
+
     /// The samples `range` as a recording of their own.
     #[must_use]
-    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+    pub fn part(&self, range: Range<usize>) -> Self {
         let m = self.commands.len() / self.len().max(1);
         let seconds = (self.times[range.start], self.times[range.end - 1]);
         let cleaned: Vec<_> = self.cleaned.iter().map(|c| c.part(&range)).collect();
@@ -96,6 +96,12 @@ impl Observed {
                 .iter()
                 .filter(|l| range.contains(&l.row))
                 .map(|l| LostInput { row: l.row - range.start, ..*l })
+                .collect(),
+            anew: self
+                .anew
+                .iter()
+                .filter(|k| range.start < **k && **k < range.end)
+                .map(|k| k - range.start)
                 .collect(),
             cleaned,
         }
@@ -156,7 +162,8 @@ impl Dataset {
             Hold::ZeroOrder => InputHold::ZeroOrder,
             Hold::Linear | Hold::BandLimited => InputHold::Linear,
         };
-        Self::of(&columns, outputs, hold, recordings)?.with_imposed_motion(model)
+        let all = Self::of(&columns, outputs, hold, recordings)?.with_imposed_motion(model)?;
+        Ok(all.begun_anew(model))
     }
 
     /// Bring recordings into the channels of an identified model of this order: its coordinates,
@@ -478,7 +485,8 @@ fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, Di
     }
     let dropped = times.len() - r.len();
     let cleaned = vec![Cleaned::default(); outputs.len()];
-    Ok(Observed { name: r.name.clone(), times, commands, outputs, dropped, lost, cleaned })
+    let (name, anew) = (r.name.clone(), vec![]);
+    Ok(Observed { name, times, commands, outputs, dropped, lost, anew, cleaned })
 }
 
 /// Conditions an output in all recordings; returns its noise.

@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::proof::{Proved, Proving};
-use crate::dataset::{Dataset, Observed, clean};
+use crate::dataset::{Dataset, Observed, clean, lost};
 use crate::decision::Decision;
 use crate::diagnosis::{
     Calibration, ChannelFit, DataUsed, Diagnosis, Finding, Integration, ProofOutcome, Robot,
@@ -160,6 +160,7 @@ impl<'a> Ladder<'a> {
         notes.extend(model.dynamics().trouble());
         notes.extend(self.says_driving());
         notes.extend(self.says_coloured());
+        notes.extend(lost::says([self.problem.dataset, self.held_out]));
         notes.extend(clean::notes(self.problem.dataset, self.held_out));
         let end = self.found.chosen.end;
         if end == End::OutOfSteps {

@@ -116,7 +116,7 @@ impl Proving<'_> {
         let mut changes: Vec<f64> = vec![];
         let mut samples = 0;
         for (o, (before, after)) in data.recordings.iter().zip(runs) {
-            for range in windows(&o.times, horizon) {
+            for range in windows(o, horizon) {
                 let mut change = 0.0;
                 for (k, weight) in weights.iter().enumerate() {
                     let of = |p: &Prediction| p.squares_in(o, k, range.clone());

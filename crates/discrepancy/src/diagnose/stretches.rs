@@ -81,8 +81,9 @@ mod tests {
         let mut series: Vec<f64> = times.iter().map(|t| t.sin()).collect();
         series[peak] = 9.0;
         let (name, commands) = ("run".to_owned(), vec![0.0; samples]);
-        let (lost, cleaned) = (vec![], vec![]);
-        Observed { name, times, commands, outputs: vec![series], dropped: 0, lost, cleaned }
+        let (lost, anew, cleaned) = (vec![], vec![], vec![]);
+        let outputs = vec![series];
+        Observed { name, times, commands, outputs, dropped: 0, lost, anew, cleaned }
     }
 
     fn dataset(recordings: Vec<Observed>) -> Dataset {

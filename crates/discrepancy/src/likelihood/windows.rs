@@ -1,6 +1,6 @@
 //! Windows: how the recordings are cut.
 
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, Observed};
 use std::ops::Range;
 
 /// A stretch of a recording with an initial state of its own.
@@ -15,23 +15,28 @@ pub struct Window {
 /// Fewest samples of a window.
 const FEWEST: usize = 8;
 
-/// `2^level` windows a recording, of equal numbers of samples; fewer in a short recording.
+/// `2^level` windows a recording, of equal numbers of samples; fewer in a short recording. Where a run begins anew
+/// a window does, and each stretch has its share of them, at least one.
 #[must_use]
 pub fn windows(dataset: &Dataset, level: u32) -> Vec<Window> {
-    let cut = |(recording, samples): (usize, usize)| {
-        let count = (1usize << level).min(samples / FEWEST).max(1);
-        let edge = move |k: usize| k * samples / count;
-        (0..count).map(move |k| Window { recording, range: edge(k)..edge(k + 1) })
+    let cut = |(recording, observed): (usize, &Observed)| {
+        let of = |stretch: Range<usize>| {
+            let samples = stretch.len();
+            let share = (1usize << level) * samples / observed.len();
+            let count = share.min(samples / FEWEST).max(1);
+            let edge = move |k: usize| stretch.start + k * samples / count;
+            (0..count).map(move |k| Window { recording, range: edge(k)..edge(k + 1) })
+        };
+        observed.stretches().flat_map(of).collect::<Vec<_>>()
     };
-    let lengths = dataset.recordings.iter().map(crate::dataset::Observed::len).enumerate();
-    lengths.flat_map(cut).collect()
+    dataset.recordings.iter().enumerate().flat_map(cut).collect()
 }
 
 /// The level with which a search begins: windows of about this many samples.
 #[must_use]
 pub(crate) fn first_level(dataset: &Dataset) -> u32 {
     const SAMPLES: f64 = 30.0;
-    let shortest = dataset.recordings.iter().map(crate::dataset::Observed::len).min();
+    let shortest = dataset.recordings.iter().map(Observed::len).min();
     let level = (shortest.unwrap_or(1) as f64 / SAMPLES).max(1.0).log2().floor();
     (level as u32).clamp(2, 9)
 }

@@ -62,9 +62,19 @@ impl Prediction {
     }
 }
 
-/// Windows of about `horizon` seconds that cover all samples; a short rest joins the last.
+/// Windows of about `horizon` seconds that cover all samples; a short rest joins the last. Where a run begins anew
+/// a window does.
 #[must_use]
-pub fn windows(times: &[f64], horizon: f64) -> Vec<Range<usize>> {
+pub fn windows(observed: &Observed, horizon: f64) -> Vec<Range<usize>> {
+    let of = |stretch: Range<usize>| {
+        let all = cut(&observed.times[stretch.clone()], horizon).into_iter();
+        all.map(move |r| stretch.start + r.start..stretch.start + r.end)
+    };
+    observed.stretches().flat_map(of).collect()
+}
+
+/// Windows of one stretch.
+fn cut(times: &[f64], horizon: f64) -> Vec<Range<usize>> {
     let n = times.len();
     let span = times[n - 1] - times[0];
     let count = (span / horizon).round().clamp(1.0, (n / 4).max(1) as f64) as usize;

@@ -134,7 +134,7 @@ pub(super) fn windowed(runner: &impl Runner, horizon: f64) -> Prediction {
     let observed = runner.observed();
     let mut outputs = vec![Vec::with_capacity(observed.len()); runner.weights().len()];
     let mut before: Option<(usize, Vec<f64>)> = None;
-    for range in windows(&observed.times, horizon) {
+    for range in windows(observed, horizon) {
         let mut guess = runner.guess(range.start);
         if let Some((start, x0)) = &before {
             runner.remember(*start..range.start + 1, x0, &mut guess);

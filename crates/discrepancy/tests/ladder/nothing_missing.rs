@@ -3,6 +3,7 @@
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnosis::Verdict;
 use lacuna_excitation::{add_gaussian_noise, rng};
+use lacuna_recordings::Recording;
 use rand::RngExt;
 
 fn finds_nothing(bench: Bench, seeds: std::ops::Range<u64>) {
@@ -121,27 +122,55 @@ fn noise_of_a_colour() {
     }
 }
 
+/// From sample to sample the drive is as good as noise: no line tells what was lost with a row.
+const ROUGH: Bench = Bench { amplitude: (2.0, 4.0), frequency: (60.0, 250.0), ..ON_PENDULUM };
+
+/// Recordings of which some rows were dropped.
+fn with_rows_lost(mut recordings: Vec<Recording>, seed: u64) -> Vec<Recording> {
+    for (k, r) in recordings.iter_mut().enumerate() {
+        let mut rng = rng(seed, 1000 + k as u64);
+        let kept: Vec<bool> = r.time.iter().map(|_| rng.random_bool(0.95)).collect();
+        let keep = |values: &mut Vec<f64>| {
+            let mut marks = kept.iter();
+            values.retain(|_| marks.next().copied().unwrap_or(true));
+        };
+        keep(&mut r.time);
+        r.columns.iter_mut().for_each(|c| keep(&mut c.values));
+    }
+    recordings
+}
+
 /// Rows that were dropped take commands with them: what those did to the machine is no physics.
 #[test]
 fn of_a_machine_some_of_whose_rows_are_lost() {
-    // From sample to sample the drive is as good as noise: no line tells what was lost.
-    let bench = Bench { amplitude: (2.0, 4.0), frequency: (60.0, 250.0), ..ON_PENDULUM };
-    let model = bench.model();
+    let model = ROUGH.model();
     for seed in 140..148 {
-        let mut recordings = bench.record(&model, seed, 3);
-        for (k, r) in recordings.iter_mut().enumerate() {
-            let mut rng = rng(seed, 1000 + k as u64);
-            let kept: Vec<bool> = r.time.iter().map(|_| rng.random_bool(0.95)).collect();
-            let keep = |values: &mut Vec<f64>| {
-                let mut marks = kept.iter();
-                values.retain(|_| marks.next().copied().unwrap_or(true));
-            };
-            keep(&mut r.time);
-            r.columns.iter_mut().for_each(|c| keep(&mut c.values));
-        }
+        let recordings = with_rows_lost(ROUGH.record(&model, seed, 3), seed);
         let d = diagnosed(&model, &recordings).diagnosis;
         assert!(d.data.dropped > 50);
         let found: Vec<_> = d.findings.iter().map(|f| &f.says).collect();
         assert!(found.is_empty(), "seed {seed}: {found:?}");
+        assert_eq!(d.verdict, Verdict::NoMismatch, "seed {seed}");
+        assert!(d.driving.forces.is_empty(), "seed {seed}: {:?}", d.driving);
+    }
+}
+
+/// Nor does it hide a parameter that is off: predictions begin anew behind what was lost.
+#[test]
+fn a_parameter_of_a_machine_some_of_whose_rows_are_lost() {
+    let model = ROUGH.model();
+    let mut truth = model.clone();
+    truth.parameters[0].value *= 1.2;
+    for seed in 150..153 {
+        let recordings = with_rows_lost(ROUGH.record(&truth, seed, 3), seed);
+        let d = diagnosed(&model, &recordings).diagnosis;
+        assert_eq!(d.verdict, Verdict::Miscalibrated, "seed {seed}: {:?}", d.driving);
+        let c = &d.calibration["J"];
+        assert!((c.value - 0.06).abs() < 4.0 * c.std && c.std < 0.002, "seed {seed}: {c:?}");
+        for fit in d.fit.held_out.values() {
+            assert!(fit.rmse_after < 1.1 * fit.noise, "seed {seed}: {fit:?}");
+        }
+        let said = d.notes.iter().any(|n| n.contains("begin anew"));
+        assert!(said, "seed {seed}: {:?}", d.notes);
     }
 }

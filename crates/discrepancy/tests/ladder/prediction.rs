@@ -2,7 +2,7 @@
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS};
 use lacuna_discrepancy::prediction::windows;
-use lacuna_discrepancy::{Dataset, Predictor};
+use lacuna_discrepancy::{Dataset, Observed, Predictor};
 
 /// On noise-free data of the model itself, a free run follows the whole recording: the
 /// state after the warm-up is right to a millionth of the range.
@@ -82,7 +82,7 @@ fn windows_cover_every_sample_once() {
     let late: Vec<f64> = even.iter().map(|t| 1.7e9 + t).collect();
     for times in [&even[..], &jittered, &late, &even[..5], &even[..2]] {
         for horizon in [0.03, 0.11, 1.0, 2.37, 9.0, 1e4] {
-            let windows = windows(times, horizon);
+            let windows = windows(&at(times), horizon);
             let mut next = 0;
             for w in &windows {
                 assert_eq!(w.start, next, "horizon {horizon}: {windows:?}");
@@ -92,8 +92,15 @@ fn windows_cover_every_sample_once() {
             assert_eq!(next, times.len(), "horizon {horizon}");
         }
     }
-    assert_eq!(windows(&even, 1e4).len(), 1);
-    assert_eq!(windows(&even, 1.0).len(), 10);
+    assert_eq!(windows(&at(&even), 1e4).len(), 1);
+    assert_eq!(windows(&at(&even), 1.0).len(), 10);
+}
+
+/// A recording of nothing at these times.
+fn at(times: &[f64]) -> Observed {
+    let (times, none) = (times.to_vec(), String::new());
+    let (commands, outputs, lost, anew, cleaned) = (vec![], vec![], vec![], vec![], vec![]);
+    Observed { name: none, times, commands, outputs, dropped: 0, lost, anew, cleaned }
 }
 
 /// Fine sampling that turns coarse: windows with a single sample join their neighbours.
@@ -103,7 +110,7 @@ fn windows_cover_uneven_sampling_too() {
     let coarse = (1..120).map(|k| 0.399 + 0.0035 * f64::from(k));
     let times: Vec<f64> = fine.chain(coarse).collect();
     for horizon in [0.002, 0.006, 0.05] {
-        let all = windows(&times, horizon);
+        let all = windows(&at(&times), horizon);
         assert!(all.iter().all(|r| r.len() >= 2), "{horizon}");
         assert_eq!(all[0].start, 0);
         assert!(all.windows(2).all(|p| p[0].end == p[1].start), "{horizon}");

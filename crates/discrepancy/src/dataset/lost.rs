@@ -1,0 +1,116 @@
+//! Inputs that nobody recorded, because their rows were dropped.
+//!
+//! The machine got `u + e` where the recording has a straight line u across the gap. What follows the gap is then
+//! no matter of physics. A run that begins anew behind it, with a state x of its own, knows nothing of e; its n
+//! entries take up n squares of noise. So it begins anew where going through costs more:
+//!
+//! ```text
+//! sum_k |y_k(u + s) - y_k(u)|^2 / sigma^2 > n
+//! ```
+//!
+//! with s the standard deviations of the inputs that were lost, and y what the model says of the samples behind
+//! the gap.
+
+use super::{Dataset, Observed};
+use crate::prediction::Predictor;
+use lacuna_plants::Model;
+use std::ops::Range;
+
+/// An input of a dropped row: it was on the straight line between its neighbours, or near it.
+#[derive(Clone, Copy, Debug)]
+pub struct LostInput {
+    /// The row.
+    pub row: usize,
+    /// The input.
+    pub input: usize,
+    /// Standard deviation.
+    pub sd: f64,
+}
+
+/// Samples behind a gap that are looked at: what moves them no further by then is left to be.
+const BEHIND: usize = 64;
+
+impl Dataset {
+    /// The same with the samples at which runs begin anew.
+    pub(super) fn begun_anew(mut self, model: &Model) -> Self {
+        if self.recordings.iter().all(|o| o.lost.is_empty()) {
+            return self;
+        }
+        let free = (0..model.machine_states()).filter(|&i| !model.is_imposed_state(i)).count();
+        let predictor = Predictor::new(model, &self);
+        let far = |o: &Observed, gap: &Gap| {
+            let part = o.part(gap.before..gap.until);
+            predictor.moved_by(&part, &part.lost, gap.behind - gap.before) > free as f64
+        };
+        let anew: Vec<Vec<usize>> = (self.recordings.iter())
+            .map(|o| gaps(o).iter().filter(|gap| far(o, gap)).map(|gap| gap.behind).collect())
+            .collect();
+        for (observed, anew) in self.recordings.iter_mut().zip(anew) {
+            observed.begin_anew(anew, free);
+        }
+        self
+    }
+}
+
+impl Observed {
+    /// Begin anew at some samples. Stretches between them that tell less than twice what the state at their
+    /// beginning takes up tell nothing: they are left out.
+    fn begin_anew(&mut self, mut anew: Vec<usize>, free: usize) {
+        let mut at = 0;
+        while at < anew.len() {
+            let next = anew.get(at + 1).copied().unwrap_or(self.len());
+            if self.measured(anew[at]..next) < 2 * free {
+                self.outputs.iter_mut().for_each(|y| y[anew[at]..next].fill(f64::NAN));
+                anew.remove(at);
+            } else {
+                at += 1;
+            }
+        }
+        // Before the first of them there is no other run that it could be left to.
+        if anew.first().is_some_and(|&first| self.measured(0..first) < 2 * free) {
+            anew.remove(0);
+        }
+        self.anew = anew;
+    }
+
+    /// Numbers that were measured in a range of samples.
+    fn measured(&self, range: Range<usize>) -> usize {
+        let finite = |y: &Vec<f64>| y[range.clone()].iter().filter(|v| v.is_finite()).count();
+        self.outputs.iter().map(finite).sum()
+    }
+}
+
+/// What a reader must know of it.
+pub(crate) fn says<'d>(all: impl IntoIterator<Item = &'d Dataset>) -> Option<String> {
+    let recordings = all.into_iter().flat_map(|d| &d.recordings);
+    let (count, of) = recordings
+        .filter(|o| !o.anew.is_empty())
+        .fold((0, 0), |(count, of), o| (count + o.anew.len(), of + 1));
+    (count > 0).then(|| format!("Rows are missing in {of} recordings while an input was at work that no line between its neighbours tells: predictions begin anew behind {count} gaps."))
+}
+
+/// Rows whose inputs were lost, one after the other.
+struct Gap {
+    /// The last row before it.
+    before: usize,
+    /// The first row behind it.
+    behind: usize,
+    /// The rows behind it that are looked at end here, at the next gap at the latest.
+    until: usize,
+}
+
+/// The gaps of a recording.
+fn gaps(observed: &Observed) -> Vec<Gap> {
+    let mut rows: Vec<usize> = observed.lost.iter().map(|l| l.row).collect();
+    rows.sort_unstable();
+    rows.dedup();
+    let runs: Vec<&[usize]> = rows.chunk_by(|a, b| a + 1 == *b).collect();
+    let ends = runs.iter().skip(1).map(|run| run[0]).chain([observed.len()]);
+    (runs.iter().zip(ends))
+        .map(|(run, end)| {
+            let behind = run[run.len() - 1] + 1;
+            Gap { before: run[0].saturating_sub(1), behind, until: end.min(behind + BEHIND) }
+        })
+        .filter(|gap| gap.behind < gap.until)
+        .collect()
+}
