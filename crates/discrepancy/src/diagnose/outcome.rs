@@ -70,8 +70,11 @@ impl<'a> Ladder<'a> {
         let (handed, proved) = self.proved(selected);
         let refused = proved.outcome == ProofOutcome::Worse;
         let verdict = if refused { self.verdict_without(&proved) } else { selected };
+        let doubted = !refused && self.doubts_sensors();
         if refused {
             notes.push(refusal(selected, &findings));
+        } else if doubted {
+            notes.push(doubt(&findings));
         } else if handed == Handed::Given && !findings.is_empty() {
             notes.push(
                 "What was found leaves most of the mismatch: the model is handed back unchanged."
@@ -81,7 +84,7 @@ impl<'a> Ladder<'a> {
         let keep = refused || handed == Handed::Given;
         let proved = if refused { self.proved_as_given(proved) } else { proved };
         // The location tells what is missing; nothing explains it where the findings are refused.
-        let findings = if refused { vec![] } else { findings };
+        let findings = if refused || doubted { vec![] } else { findings };
         notes.extend(inexact(proved.integration));
         let diagnosis = Diagnosis {
             schema: SCHEMA,
@@ -172,13 +175,11 @@ impl<'a> Ladder<'a> {
     /// What the training recordings say.
     fn verdict(&self) -> Verdict {
         let (found, decision) = (&self.found, &self.decision);
-        // Curves of the remainder are no findings.
-        let named = &self.effects[..found.named.len()];
-        if !named.is_empty() {
-            return if named.iter().all(|e| e.effect.acts == Acts::Sensors) {
-                Verdict::SensorFault
-            } else {
-                Verdict::MissingPhysics
+        if !found.named.is_empty() {
+            return match self.names_sensors_alone() {
+                true if self.doubts_sensors() => Verdict::Unexplained,
+                true => Verdict::SensorFault,
+                false => Verdict::MissingPhysics,
             };
         }
         // A residual above the noise that depends on nothing is noise, of another colour or size
@@ -200,6 +201,19 @@ impl<'a> Ladder<'a> {
         } else {
             Verdict::NoMismatch
         }
+    }
+
+    /// Whether nothing but sensors is named.
+    fn names_sensors_alone(&self) -> bool {
+        // Curves of the remainder are no findings.
+        let named = &self.effects[..self.found.named.len()];
+        !named.is_empty() && named.iter().all(|e| e.effect.acts == Acts::Sensors)
+    }
+
+    /// Whether sensors alone are named, and leave most of the mismatch: that the physics is right is then not
+    /// shown, and what is wrong in it passes for a wrong sensor.
+    fn doubts_sensors(&self) -> bool {
+        self.names_sensors_alone() && self.formula().left > MOST
     }
 
     /// The mean square residual, in units of the noise, of a model that explains its data: what
@@ -284,6 +298,15 @@ fn inexact(integration: Integration) -> Option<String> {
             "Predictions are integrated in {steps_a_sample} steps a sample, and the last halving of the steps still {change}: the model is stiff, or sampled slowly."
         )
     })
+}
+
+/// What is told of sensors that leave most of the mismatch.
+fn doubt(findings: &[Finding]) -> String {
+    let names = findings.iter().map(|f| format!("{} on {}", f.class, f.channel));
+    format!(
+        "{} would explain a part of the mismatch and leave most of it: whether a sensor is wrong cannot be told before what else is missing is known.",
+        names.collect::<Vec<_>>().join(" with ")
+    )
 }
 
 /// What is told where the proof fails.

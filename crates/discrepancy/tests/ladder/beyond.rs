@@ -4,7 +4,7 @@
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnose::{Options, diagnose, split};
 use lacuna_discrepancy::diagnosis::{Finding, ProofOutcome, Verdict};
-use lacuna_discrepancy::{Dataset, DiagnoseError, Watch};
+use lacuna_discrepancy::{Dataset, DiagnoseError, Scope, Watch};
 use lacuna_recordings::Recording;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -42,6 +42,29 @@ fn a_local_force_is_an_unknown_function_of_the_right_variable_in_the_right_place
     let pairs = learned.at.iter().zip(&learned.learned);
     let peak = pairs.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).expect("a curve has points");
     assert!((peak.0 - 0.35).abs() < 0.15, "{peak:?}");
+}
+
+/// What is wrong in the physics passes for a sensor where nothing else may be named; but that leaves most of it.
+#[test]
+fn a_sensor_that_leaves_most_is_not_called_wrong() {
+    let forces = "[[effect]]\nclass = \"constant_force\"\nchannel = \"q\"\nforce = 0.08\n\
+                  [[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = 0.12\n\
+                  smoothing_velocity = 0.01";
+    let (model, truth) = (ON_PENDULUM.model(), ON_PENDULUM.truth(forces));
+    let mut told = 0;
+    for seed in 93..96 {
+        let data = Dataset::new(&model, &ON_PENDULUM.record(&truth, seed, 4)).expect("it fits");
+        let (training, held_out) = split(&data);
+        let only = vec!["sensor_bias".parse().expect("a class")];
+        let options = Options { scope: Scope { only, exclude: vec![] }, ..Options::default() };
+        let watch = Watch::default();
+        let outcome = diagnose(&model, &training, &held_out, options, &watch).expect("it is made");
+        let d = &outcome.diagnosis;
+        assert_eq!(d.verdict, Verdict::Unexplained, "seed {seed}: {:?}", d.findings);
+        assert!(d.findings.is_empty() && outcome.augmentation.effects.is_empty());
+        told += usize::from(d.notes.iter().any(|n| n.contains("sensor_bias on q would explain")));
+    }
+    assert!(told > 0, "no seed has a sensor that explains a part");
 }
 
 #[test]
