@@ -132,6 +132,17 @@ impl<'p> Search<'p> {
         driven.is_some_and(|fit| self.look(fit).promise < self.decision.prior_odds)
     }
 
+    /// Whether noise on inputs that shows it says all that is missing, and no force is needed beside it: free runs
+    /// could but take it for physics.
+    pub(super) fn says_inputs(&self, exact: &Fit<'p>, floor: f64, driven: &Once<'p>) -> bool {
+        if exact.reduced() < self.decision.explained * floor || !self.shows_noisy_inputs() {
+            return false;
+        }
+        let noise = self.calibrated_once(exact, driven).as_ref().and_then(|fit| fit.noise.clone());
+        noise.is_some_and(|noise| noise.forces.iter().all(|force| *force == 0.0))
+            && self.is_driven(exact, driven)
+    }
+
     fn calibrated_once<'o>(&self, exact: &Fit<'p>, driven: &'o Once<'p>) -> &'o Option<Fit<'p>> {
         driven.get_or_init(|| self.calibrated_driven(exact).ok().flatten())
     }

@@ -61,12 +61,15 @@ impl<'p> Search<'p> {
         let (base, decision) = (&path.fit, &self.decision);
         let further = !path.named.is_empty();
         let mut shortlist = look.shortlist.clone();
-        if further {
-            // What cannot settle what is left need not be fitted.
-            let excess = base.count as f64 * (1.0 - 1.0 / base.inflation());
-            let hope = decision.share * 0.5 * excess;
-            let settled = base.reduced() < decision.explained;
-            shortlist.retain(|s| settled || s.gain > hope || is_undervalued(s));
+        // What cannot settle what is left need not be fitted.
+        let nats = 0.5 * base.count as f64;
+        if base.reduced() < decision.explained {
+            // The screening is nearly exact there: half of what settles is well below it.
+            let least = 0.5 * decision.relevant * nats / base.inflation();
+            shortlist.retain(|s| s.gain > least);
+        } else if further {
+            let hope = decision.share * nats * (1.0 - 1.0 / base.inflation());
+            shortlist.retain(|s| s.gain > hope || is_undervalued(s));
         }
         let mut tried = self.fit_all(base, &shortlist);
         self.add_variants(&mut tried);

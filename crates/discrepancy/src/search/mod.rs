@@ -200,6 +200,12 @@ impl<'p> Search<'p> {
         self.watch.tell("fitting the model's own parameters");
         let (calibrated, floor) = self.calibrated()?;
         let beside_noise = Once::new();
+        if self.says_inputs(&calibrated, floor, &beside_noise) {
+            // All that is left to ask is what the proof asks.
+            if let Some(driven) = self.search_driven(&calibrated, floor, &beside_noise) {
+                return Ok(driven);
+            }
+        }
         let free = self.search_from(calibrated.clone(), floor, &beside_noise);
         // What little is left where the model follows its recordings from end to end is noise of
         // another colour or size than was estimated.
@@ -275,13 +281,13 @@ impl<'p> Search<'p> {
         let again = again.ok_or_else(|| self.diverges())?;
         let nominal = self.as_given(&again)?;
         let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
-        let calibration_refuted = self.refuted(&nominal, &calibrated);
+        // Where effects are named, parameters are no verdict of their own.
+        let refuted = path.named.is_empty() && self.refuted(&nominal, &calibrated);
         let chosen = if learn_remainder { self.with_remainder(&chosen) } else { chosen };
         if self.watch.is_cancelled() {
             return Err(DiagnoseError::Cancelled);
         }
         let named = path.named;
-        let refuted = calibration_refuted;
         Ok(Found {
             nominal,
             calibrated,

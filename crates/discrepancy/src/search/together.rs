@@ -95,7 +95,10 @@ impl<'p> Search<'p> {
             return None;
         }
         let calibrated = self.as_calibrated(&path.fit)?;
-        let path = self.select(&calibrated, self.prune(&calibrated, path));
+        let path = self.prune(&calibrated, path);
+        // Folds ask of what may be doubted.
+        let doubted = path.named.iter().any(|n| n.gain <= self.decision.beyond_doubt());
+        let path = if doubted { self.select(&calibrated, path) } else { self.simplified(path) };
         (!path.named.is_empty()).then(|| searched(calibrated, path))
     }
 
@@ -163,9 +166,27 @@ impl<'p> Search<'p> {
                 path.named[k].gain = missed;
                 return path;
             }
-            path.fit = fit;
-            path.named.remove(k);
+            let named = path.named.remove(k);
+            path.fit = match self.taken_up_again(&path.fit, &fit, k) {
+                Some(better) => {
+                    path.named.push(named);
+                    better
+                }
+                None => fit,
+            };
         }
+    }
+
+    /// A fit with effect `k`, which it has as its last, begun where the model went without it: beside noise an optimum
+    /// hangs on the filters that were made along the way to it. None where the effect is not missed there either,
+    /// or the way makes no difference.
+    fn taken_up_again(&self, with: &Fit<'p>, without: &Fit<'p>, k: usize) -> Option<Fit<'p>> {
+        let effect = with.hypothesis.supposed()[k].clone();
+        let again = without.refit(self.with(&without.hypothesis, effect), FULL).ok()?;
+        let better = again.gain_over(with) > self.decision.tie;
+        let missed = again.gain_over(without) > self.decision.prior_odds;
+        (better && missed && !again.vanishes(again.hypothesis.supposed().len() - 1))
+            .then_some(again)
     }
 
     /// The effects that folds do not speak against: those that are not beyond doubt by themselves, and all of them
