@@ -1,16 +1,20 @@
 //! Machines that are driven by more than what was recorded, and states that nobody measures.
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TWO_MASS, diagnosed};
-use lacuna_discrepancy::Dataset;
+use lacuna_discrepancy::diagnose::{Options, diagnose, split};
 use lacuna_discrepancy::diagnosis::{ProofOutcome, Verdict};
 use lacuna_discrepancy::likelihood::{
     FULL, Fit, Hypothesis, Problem, ProcessNoise, STILL, intensity,
 };
+use lacuna_discrepancy::{Dataset, Watch};
 use lacuna_excitation::{add_gaussian_noise, rng};
 use lacuna_plants::{Model, System, integrate::rk4_sampled};
 use lacuna_recordings::Recording;
 use nalgebra::{DMatrix, DVector};
-use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
+
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// A mass on a spring: linear, so that a filter is exact.
 const SPRING: &str = r#"
@@ -91,6 +95,25 @@ fn innovations_have_the_likelihood_of_the_whole_recording() {
     assert!((driven.width() - width).abs() < 1e-6 * width, "{} {width}", driven.width());
     assert!((driven.chi2 - chi2).abs() < 1e-6 * chi2, "{} {chi2}", driven.chi2);
     assert!(width > 10.0, "the noise is felt: {width}");
+}
+
+/// Free runs would look for physics that says what the noise of an input does, for as long as there are candidates.
+#[test]
+fn noise_that_an_input_shows_is_asked_before_free_runs() {
+    let model = ON_PENDULUM.model();
+    let (recordings, _) = with_noisy_input(ON_PENDULUM.record(&model, 905, 3), 0.08, 905);
+    let dataset = Dataset::new(&model, &recordings).expect("a dataset");
+    let (training, held_out) = split(&dataset);
+    let told = Mutex::new(vec![]);
+    let tell = |doing: &str| told.lock().expect("nobody panics").push(doing.to_owned());
+    let watch = Watch::new(&tell, &NEVER);
+    let outcome = diagnose(&model, &training, &held_out, Options::default(), &watch);
+    let d = outcome.expect("it is made").diagnosis;
+    assert_eq!(d.verdict, Verdict::NoMismatch, "{:?}", d.findings);
+    let told = told.into_inner().expect("nobody panics");
+    let first = told.iter().find(|doing| doing.starts_with("looking for"));
+    let driven = first.is_some_and(|doing| doing.contains("what drives the machine"));
+    assert!(driven, "{told:?}");
 }
 
 #[test]
