@@ -279,7 +279,7 @@ impl<'p> Search<'p> {
         let chosen = if coloured { chosen } else { self.best_length(chosen) };
         let again = self.watch.necessarily(|| self.like(&chosen, &calibrated));
         let again = again.ok_or_else(|| self.diverges())?;
-        let nominal = self.as_given(&again)?;
+        let nominal = self.as_given(&again, path.named.is_empty())?;
         let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
         // Where effects are named, parameters are no verdict of their own.
         let refuted = path.named.is_empty() && self.refuted(&nominal, &calibrated);
@@ -303,14 +303,15 @@ impl<'p> Search<'p> {
 
     /// The model as it was given, in the windows of a calibrated fit: whichever is better of what begins at
     /// that fit's states and what grew as it did, from short windows. Over long ones a small step of a
-    /// parameter moves the motion far, and from the states of another motion there is no way back.
-    fn as_given(&self, calibrated: &Fit<'p>) -> Result<Fit<'p>, DiagnoseError> {
+    /// parameter moves the motion far, and from the states of another motion there is no way back. Where effects are
+    /// named (not `alone`), all that is asked of it is how much of the mismatch they say; the first will do.
+    fn as_given(&self, calibrated: &Fit<'p>, alone: bool) -> Result<Fit<'p>, DiagnoseError> {
         let held = Hypothesis::of(self.problem.model).held();
         let level = calibrated.windowed.level;
         let near = self.watch.necessarily(|| calibrated.refit(held.clone(), FULL));
         // What filters correct runs away from nothing.
         let follows = |fit: &Fit| fit.noise.is_some() || fit.reduced() < self.decision.explained;
-        if near.as_ref().is_ok_and(follows) {
+        if near.as_ref().is_ok_and(|fit| !alone || follows(fit)) {
             return near.map_err(|e| self.failed(e));
         }
         let begun = self.watch.necessarily(|| Fit::begin(self.problem, held, self.level));
