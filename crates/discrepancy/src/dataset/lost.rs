@@ -1,15 +1,15 @@
 //! Inputs that nobody recorded, because their rows were dropped.
 //!
-//! The machine got `u + e` where the recording has a straight line u across the gap. What follows the gap is then
-//! no matter of physics. A run that begins anew behind it, with a state x of its own, knows nothing of e; its n
+//! The machine got `u + e` where the recording has a straight line u across the gap. What follows is then no
+//! matter of physics. A run that begins anew behind it, with a state x of its own, knows nothing of e; its n
 //! entries take up n squares of noise. So it begins anew where going through costs more:
 //!
 //! ```text
 //! sum_k |y_k(u + s) - y_k(u)|^2 / sigma^2 > n
 //! ```
 //!
-//! with s the standard deviations of the inputs that were lost, and y what the model says of the samples behind
-//! the gap.
+//! with s the standard deviations of the inputs that were lost, and y what the model says of the samples in the gap
+//! and behind it.
 
 use super::{Dataset, Observed};
 use crate::prediction::Predictor;
@@ -39,28 +39,29 @@ impl Dataset {
         let free = (0..model.machine_states()).filter(|&i| !model.is_imposed_state(i)).count();
         let predictor = Predictor::new(model, &self);
         let far = |o: &Observed, gap: &Gap| {
-            let part = o.part(gap.before..gap.until);
-            predictor.moved_by(&part, &part.lost, gap.behind - gap.before) > free as f64
+            predictor.moved_by_lost(&o.part(gap.before..gap.until)) > free as f64
         };
-        let anew: Vec<Vec<usize>> = (self.recordings.iter())
-            .map(|o| gaps(o).iter().filter(|gap| far(o, gap)).map(|gap| gap.behind).collect())
+        let all: Vec<Vec<Gap>> = (self.recordings.iter())
+            .map(|o| gaps(o).into_iter().filter(|gap| far(o, gap)).collect())
             .collect();
-        for (observed, anew) in self.recordings.iter_mut().zip(anew) {
-            observed.begin_anew(anew, free);
+        for (observed, gaps) in self.recordings.iter_mut().zip(all) {
+            observed.begin_anew_behind(&gaps, free);
         }
         self
     }
 }
 
 impl Observed {
-    /// Begin anew at some samples. Stretches between them that tell less than twice what the state at their
-    /// beginning takes up tell nothing: they are left out.
-    fn begin_anew(&mut self, mut anew: Vec<usize>, free: usize) {
+    /// Begin anew behind some gaps, whose own samples tell nothing. Nor do stretches between them that tell less
+    /// than twice what the state at their beginning takes up: they are left out.
+    fn begin_anew_behind(&mut self, gaps: &[Gap], free: usize) {
+        gaps.iter().for_each(|gap| self.forget(gap.before + 1..gap.behind));
+        let mut anew: Vec<usize> = gaps.iter().map(|gap| gap.behind).collect();
         let mut at = 0;
         while at < anew.len() {
             let next = anew.get(at + 1).copied().unwrap_or(self.len());
             if self.measured(anew[at]..next) < 2 * free {
-                self.outputs.iter_mut().for_each(|y| y[anew[at]..next].fill(f64::NAN));
+                self.forget(anew[at]..next);
                 anew.remove(at);
             } else {
                 at += 1;
@@ -73,6 +74,11 @@ impl Observed {
         self.anew = anew;
     }
 
+    /// Take samples for not measured.
+    fn forget(&mut self, range: Range<usize>) {
+        self.outputs.iter_mut().for_each(|y| y[range.clone()].fill(f64::NAN));
+    }
+
     /// Numbers that were measured in a range of samples.
     fn measured(&self, range: Range<usize>) -> usize {
         let finite = |y: &Vec<f64>| y[range.clone()].iter().filter(|v| v.is_finite()).count();
@@ -82,11 +88,8 @@ impl Observed {
 
 /// What a reader must know of it.
 pub(crate) fn says<'d>(all: impl IntoIterator<Item = &'d Dataset>) -> Option<String> {
-    let recordings = all.into_iter().flat_map(|d| &d.recordings);
-    let (count, of) = recordings
-        .filter(|o| !o.anew.is_empty())
-        .fold((0, 0), |(count, of), o| (count + o.anew.len(), of + 1));
-    (count > 0).then(|| format!("Rows are missing in {of} recordings while an input was at work that no line between its neighbours tells: predictions begin anew behind {count} gaps."))
+    let count: usize = all.into_iter().flat_map(|d| &d.recordings).map(|o| o.anew.len()).sum();
+    (count > 0).then(|| format!("Rows or values are missing while an input was at work that no line between its neighbours tells: predictions begin anew behind such gaps, {count} of them."))
 }
 
 /// Rows whose inputs were lost, one after the other.

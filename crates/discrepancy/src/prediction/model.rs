@@ -2,7 +2,7 @@
 
 use super::state::{self, Runner};
 use super::{Prediction, Series, substeps};
-use crate::dataset::{Dataset, LostInput, Observed};
+use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
 use crate::trajectories::SmoothedRecording;
 use lacuna_numbers::{Dual, LANES, Number};
@@ -216,19 +216,19 @@ impl<'a> Predictor<'a> {
         state::windowed(&self.driving(&self.drive(observed)), horizon)
     }
 
-    /// Squares, in units of the noise, by which inputs that are off by these standard deviations move what is
-    /// measured from a sample on, where a run begins with the recording.
-    pub(crate) fn moved_by(&self, observed: &Observed, lost: &[LostInput], from: usize) -> f64 {
+    /// Squares, in units of the noise, by which the inputs that a recording lost move what it measured, where each
+    /// is off by its standard deviation.
+    pub(crate) fn moved_by_lost(&self, observed: &Observed) -> f64 {
         let m = self.model.input_width();
         let mut moved = observed.clone();
-        lost.iter().for_each(|l| moved.commands[l.row * m + l.input] += l.sd);
+        observed.lost.iter().for_each(|l| moved.commands[l.row * m + l.input] += l.sd);
         let run = |observed: &Observed| {
             let steps = (0..observed.len(), self.integration.steps_a_sample);
             self.run(&self.plain, &self.drive(observed), steps, &mut self.guess(observed, 0))
         };
         let (here, there) = (run(observed), run(&moved));
         let squares = |k: usize| {
-            let measured = observed.outputs[k].iter().zip(here[k].iter().zip(&there[k])).skip(from);
+            let measured = observed.outputs[k].iter().zip(here[k].iter().zip(&there[k]));
             let off = measured
                 .filter(|(y, _)| y.is_finite())
                 .map(|(_, (a, b))| self.weights[k] * (a - b));

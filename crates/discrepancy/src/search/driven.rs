@@ -134,8 +134,8 @@ impl<'p> Search<'p> {
 
     /// Whether noise on inputs that shows it says all that is missing, and no force is needed beside it: free runs
     /// could but take it for physics.
-    pub(super) fn says_inputs(&self, exact: &Fit<'p>, floor: f64, driven: &Once<'p>) -> bool {
-        if exact.reduced() < self.decision.explained * floor || !self.shows_noisy_inputs() {
+    pub(super) fn says_inputs(&self, exact: &Fit<'p>, driven: &Once<'p>) -> bool {
+        if !self.shows_noisy_inputs() {
             return false;
         }
         let noise = self.calibrated_once(exact, driven).as_ref().and_then(|fit| fit.noise.clone());

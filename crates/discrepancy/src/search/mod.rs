@@ -200,17 +200,17 @@ impl<'p> Search<'p> {
         self.watch.tell("fitting the model's own parameters");
         let (calibrated, floor) = self.calibrated()?;
         let beside_noise = Once::new();
-        if self.says_inputs(&calibrated, floor, &beside_noise) {
-            // All that is left to ask is what the proof asks.
-            if let Some(driven) = self.search_driven(&calibrated, floor, &beside_noise) {
-                return Ok(driven);
-            }
-        }
-        let free = self.search_from(calibrated.clone(), floor, &beside_noise);
         // What little is left where the model follows its recordings from end to end is noise of
         // another colour or size than was estimated.
-        let floor = if calibrated.windowed.level == 0 { floor } else { 1.0 };
-        let follows = calibrated.reduced() < self.decision.explained * floor;
+        let noise = if calibrated.windowed.level == 0 { floor } else { 1.0 };
+        let follows = calibrated.reduced() < self.decision.explained * noise;
+        if !follows
+            && self.says_inputs(&calibrated, &beside_noise)
+            && let Some(driven) = self.search_driven(&calibrated, floor, &beside_noise)
+        {
+            return Ok(driven);
+        }
+        let free = self.search_from(calibrated.clone(), floor, &beside_noise);
         let by_name = free.path.fit.hypothesis.supposed().iter().all(|e| e.over().is_none());
         let explained = by_name && free.path.fit.reduced() < self.decision.noise;
         if follows || (explained && !self.shows_noisy_inputs()) {

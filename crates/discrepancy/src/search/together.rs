@@ -179,8 +179,9 @@ impl<'p> Search<'p> {
 
     /// A fit with effect `k`, which it has as its last, begun where the model went without it: beside noise an optimum
     /// hangs on the filters that were made along the way to it. None where the effect is not missed there either,
-    /// or the way makes no difference.
+    /// the way makes no difference, or nothing is filtered.
     fn taken_up_again(&self, with: &Fit<'p>, without: &Fit<'p>, k: usize) -> Option<Fit<'p>> {
+        with.noise.as_ref()?;
         let effect = with.hypothesis.supposed()[k].clone();
         let again = without.refit(self.with(&without.hypothesis, effect), FULL).ok()?;
         let better = again.gain_over(with) > self.decision.tie;
