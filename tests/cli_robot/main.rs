@@ -19,6 +19,9 @@ const MANY: &str = "class = \"coulomb_friction\"\nchannel = \"shoulder\"\nmagnit
     magnitude = 0.3\nsmoothing_velocity = 0.02\n[[effect]]\nclass = \"viscous_friction\"\n\
     channel = \"shoulder\"\ncoefficient = 0.7\n[[effect]]\nclass = \"added_inertia\"\n\
     channel = \"elbow\"\ninertia = 0.03\n";
+/// A gear whose flanks rub harder the more they carry.
+const LOADED: &str = "class = \"load_friction\"\nchannel = \"elbow\"\nother = \"elbow_torque\"\n\
+    magnitude = 0.1\nshare = 0.3\nsmoothing_velocity = 0.02\n";
 /// What a light joint's torque goes into.
 const LIGHT: &str = "class = \"coulomb_friction\"\nchannel = \"elbow\"\nmagnitude = 0.25\n\
     smoothing_velocity = 0.05\n[[effect]]\nclass = \"viscous_friction\"\nchannel = \"elbow\"\n\
@@ -131,6 +134,18 @@ fn what_all_joints_lack_is_named_together() {
     }
     assert_eq!(named.len(), all.len(), "{diagnosis}");
     bench.assert_predicts(5.0);
+}
+
+/// The forces that the measured motion needs show dry friction; that it grows with the load shows in what it leaves.
+#[test]
+fn friction_that_grows_with_the_load_is_named() {
+    let diagnosis = Bench::new(LOADED).diagnosed();
+    let found = finding(&diagnosis);
+    assert_eq!((&found["law"], &found["channel"]), (&"load_friction".into(), &"elbow".into()));
+    for (name, value) in [("magnitude", 0.1), ("share", 0.3)] {
+        let (estimate, std) = parameter(found, name);
+        assert!((estimate - value).abs() < 4.0 * std + 0.05 * value, "{name}: {estimate} {std}");
+    }
 }
 
 /// Of a joint that its file says needs hardly a torque, a law that silences the actuator would leave as little as

@@ -37,7 +37,8 @@ impl<'p> Search<'p> {
             // An effect of a model that leaves nothing but noise may be beyond doubt.
             let decisive = missed > self.decision.beyond_doubt();
             let settled = path.fit.reduced() < self.decision.noise && decisive;
-            let replaced = if settled { self.rewrite(path, k) } else { self.swap(path, k, &fit) };
+            let replaced =
+                if settled { self.rewrite(path, k, 0.0) } else { self.swap(path, k, &fit) };
             if replaced {
                 return true;
             }
@@ -75,18 +76,21 @@ impl<'p> Search<'p> {
         true
     }
 
-    /// Try the other laws of dry friction in the place of one: beside further effects a simpler
-    /// one may do.
-    fn rewrite(&self, path: &mut Path<'p>, k: usize) -> bool {
+    /// Try the other laws of its kind in the place of one, which must lead it by more than `least` nats: beside
+    /// further effects a simpler one may do.
+    pub(super) fn rewrite(&self, path: &mut Path<'p>, k: usize, least: f64) -> bool {
         let Some(best) = self.best_variant(&path.fit, k) else { return false };
         let lead = best.fit.gain_over(&path.fit);
-        if lead <= 0.0 {
+        if lead <= least {
             return false;
         }
         let own = candidate_of(&path.fit.hypothesis.supposed()[k]);
         let before = std::mem::replace(&mut path.fit, best.fit).hypothesis;
         let mut named = path.named.remove(k);
         named.rivals.retain(|r| r.candidate != best.candidate);
+        for rival in &mut named.rivals {
+            rival.behind += lead;
+        }
         named.rivals.push(Rival { candidate: own, behind: lead, hypothesis: before });
         path.named.push(named);
         true

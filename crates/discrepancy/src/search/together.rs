@@ -114,9 +114,40 @@ impl<'p> Search<'p> {
         let again = path.named.len() < laws && !path.fit.hypothesis.supposed().iter().any(wrong);
         let path = if again { self.quiet(path)? } else { path };
         let path = self.missed(self.forward(path, None, super::MOST_EFFECTS));
+        let path = match self.rewritten(&path) {
+            Some(Rewritten { path, gone }) => {
+                if gone && let Some(exact) = self.exact(path.clone()) {
+                    return Some(exact);
+                }
+                // Others may have done what a law that was nearly right left undone, and noise what they did.
+                self.quiet(self.missed(path))?
+            }
+            None => path,
+        };
         let calibrated = self.as_calibrated(&path.fit)?;
         let path = self.kept_by_folds(&calibrated, path);
         (!path.named.is_empty()).then(|| searched(calibrated, path))
+    }
+
+    /// Laws written as others of their kind where those say more of a channel that a random force is left on, under
+    /// the noise that they leave: the forces that the measured motion needs do not always tell one from another, and
+    /// the noise that a nearly right one leaves hides what it misses. None where all are the best of their kind.
+    fn rewritten(&self, path: &Path<'p>) -> Option<Rewritten<'p>> {
+        let noise = path.fit.noise.clone()?;
+        let (mut better, mut changed) = (path.clone(), false);
+        for k in (0..path.named.len()).rev() {
+            let channel = path.fit.hypothesis.supposed()[k].channel;
+            let is_left = noise.forces.get(channel).is_some_and(|force| *force > 0.0);
+            if is_left && !self.watch.skips(untried::FURTHER) {
+                changed |= self.rewrite(&mut better, k, self.decision.tie);
+            }
+        }
+        if !changed {
+            return None;
+        }
+        let Quieted { fit, gone } = self.or_tell(self.quieted(&better.fit))?;
+        self.tell("rewritten", &fit);
+        Some(Rewritten { path: Path { fit, ..better }, gone })
     }
 
     /// A path under the noise that is most likely along it, or under none.
@@ -145,13 +176,15 @@ impl<'p> Search<'p> {
     }
 
     /// The effects that are missed when they are taken away: most are beyond doubt by what is known of their
-    /// amplitudes; the others are taken away, the least missed first.
+    /// amplitudes, those that no amplitude vanishes with by a fit without them; the others are taken away, the least
+    /// missed first.
     fn missed(&self, mut path: Path<'p>) -> Path<'p> {
         let least = self.decision.prior_odds;
         loop {
             let temperature = path.fit.temperature();
             for (k, named) in path.named.iter_mut().enumerate() {
-                named.gain = path.fit.missed(k, temperature).unwrap_or(named.gain);
+                let gain = path.fit.missed(k, temperature).or_else(|| self.gain_of(&path.fit, k));
+                named.gain = gain.unwrap_or(named.gain);
             }
             let gains = path.named.iter().map(|n| n.gain).enumerate();
             let Some((k, gain)) = gains.min_by(|a, b| a.1.total_cmp(&b.1)) else { return path };
@@ -175,6 +208,12 @@ impl<'p> Search<'p> {
                 None => fit,
             };
         }
+    }
+
+    /// What a fit gains by effect `k`, both fitted.
+    fn gain_of(&self, fit: &Fit<'p>, k: usize) -> Option<f64> {
+        let without = fit.refit(fit.hypothesis.clone().without(k), QUICK).ok()?;
+        Some(fit.gain_over(&without))
     }
 
     /// A fit with effect `k`, which it has as its last, begun where the model went without it: beside noise an optimum
@@ -213,6 +252,14 @@ impl<'p> Search<'p> {
             _ => path,
         }
     }
+}
+
+/// Some laws written as others of their kind.
+struct Rewritten<'p> {
+    /// Under the noise that was last found.
+    path: Path<'p>,
+    /// Whether even that is no longer worth it.
+    gone: bool,
 }
 
 /// What such a search ends with.
