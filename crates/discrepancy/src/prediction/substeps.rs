@@ -10,11 +10,50 @@ pub(super) const MOST: usize = 32;
 /// Error of the steps as a share of the noise.
 pub const TOLERANCE: f64 = 0.01;
 
-/// Three stretches of a recording on which steps are compared.
-pub(super) fn stretches(observed: &Observed) -> [Range<usize>; 3] {
-    const STRETCH: usize = 400;
-    let length = observed.len().min(STRETCH);
-    [0, 1, 2].map(|k| k * (observed.len() - length) / 2).map(|start| start..start + length)
+/// Samples of a stretch on which steps are compared.
+const STRETCH: usize = 400;
+
+/// The stretches on which steps are compared, recording by recording: three of the first one, and that about the
+/// steepest change in any, for a model is stiffest where the machine is fastest.
+pub(super) fn stretches(dataset: &Dataset) -> Vec<(&Observed, Vec<Range<usize>>)> {
+    let Some(first) = dataset.recordings.first() else { return vec![] };
+    let of = |observed: &Observed, start: usize| {
+        let length = observed.len().min(STRETCH);
+        let start = start.min(observed.len() - length);
+        start..start + length
+    };
+    let spread = [0, 1, 2].map(|k| of(first, k * first.len().saturating_sub(STRETCH) / 2));
+    let mut all = vec![(first, spread.to_vec())];
+    if let Some((recording, at)) = steepest(dataset) {
+        let observed = &dataset.recordings[recording];
+        let about = of(observed, at.saturating_sub(STRETCH / 2));
+        match recording {
+            0 if spread.iter().any(|s| s.contains(&at)) => {}
+            0 => all[0].1.push(about),
+            _ => all.push((observed, vec![about])),
+        }
+    }
+    all
+}
+
+/// Recording and sample of the change from one sample to the next that stands out most among those of its output.
+fn steepest(dataset: &Dataset) -> Option<(usize, usize)> {
+    let changes = |output: usize| {
+        let all = dataset.recordings.iter().enumerate();
+        all.flat_map(move |(r, observed)| {
+            let pairs = observed.outputs[output].windows(2).enumerate();
+            pairs.map(move |(k, pair)| ((r, k), (pair[1] - pair[0]).abs()))
+        })
+        .filter(|(_, change)| change.is_finite())
+    };
+    let most = |output: usize| {
+        let (squares, count) =
+            changes(output).fold((0.0, 0), |(sum, n), (_, c)| (sum + c * c, n + 1));
+        let (at, most) = changes(output).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some((at, most / (squares / f64::from(count)).sqrt())).filter(|(_, peak)| peak.is_finite())
+    };
+    let all = (0..dataset.outputs.len()).filter_map(most);
+    all.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
 }
 
 /// Fewest RK4 steps a sample whose error over some stretches stays well below the noise:
@@ -55,4 +94,43 @@ fn weighted_distance(dataset: &Dataset, a: &Series, b: &Series) -> f64 {
         }
     }
     largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{STRETCH, steepest, stretches};
+    use crate::Dataset;
+    use lacuna_plants::Model;
+    use lacuna_recordings::{Column, Recording};
+
+    const MODEL: &str = "name = \"mass\"\n[[coordinate]]\nname = \"q\"\nvelocity = \"v\"\n\
+        [mechanics]\nmass = [[\"1\"]]\nforce = [\"-q\"]\n";
+
+    /// A slow wave of so many samples that leaps between some of them.
+    fn wave(name: &str, samples: usize, leap: Option<usize>) -> Recording {
+        let time: Vec<f64> = (0..samples).map(|k| 0.01 * k as f64).collect();
+        let leapt = |k: usize| leap.is_some_and(|at| k > at);
+        let value = |k: usize| (0.01 * k as f64).sin() + if leapt(k) { 3.0 } else { 0.0 };
+        let values = (0..samples).map(value).collect();
+        Recording { name: name.into(), time, columns: vec![Column { name: "q".into(), values }] }
+    }
+
+    #[test]
+    fn where_the_machine_is_fastest_steps_are_compared() {
+        let model = Model::from_text(MODEL, "model.toml").expect("a model");
+        let of = |leaps: [Option<usize>; 2]| {
+            let all = [wave("a", 3000, leaps[0]), wave("b", 1000, leaps[1])];
+            Dataset::new(&model, &all).expect("a dataset")
+        };
+        // Not in the first recording.
+        let dataset = of([None, Some(700)]);
+        assert_eq!(steepest(&dataset), Some((1, 700)));
+        let ranges: Vec<_> = stretches(&dataset).into_iter().map(|s| (s.0.len(), s.1)).collect();
+        assert_eq!(ranges, [(3000, vec![0..400, 1300..1700, 2600..3000]), (1000, vec![500..900])]);
+        // In it, between the three stretches; and at its end, where no stretch goes beyond.
+        let dataset = of([Some(800), None]);
+        assert_eq!(stretches(&dataset)[0].1[3], 600..600 + STRETCH);
+        let dataset = of([Some(2990), None]);
+        assert_eq!(stretches(&dataset).iter().map(|s| s.1.len()).collect::<Vec<_>>(), [3]);
+    }
 }
