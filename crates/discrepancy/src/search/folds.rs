@@ -9,6 +9,7 @@
 
 use super::{Path, Rival, Search, candidate_of, chain, untried};
 use crate::likelihood::{Effort, FULL, Fit, FitError, STILL};
+use rayon::prelude::*;
 
 /// Most folds.
 const FOLDS: usize = 4;
@@ -30,10 +31,13 @@ impl Search<'_> {
     pub(super) fn refuted(&self, without: &Fit, with: &Fit) -> bool {
         let (Ok(without), Ok(with)) = (in_parts(without), in_parts(with)) else { return false };
         let temperature = with.temperature();
+        let ask = |fold: &Vec<bool>| {
+            Some((without.predicted(fold, FEW).ok()?, with.predicted(fold, FEW)))
+        };
+        let asked: Vec<_> = folds(&with).par_iter().map(ask).collect();
         let mut total = Said::default();
-        for fold in folds(&with) {
-            let Ok(plain) = without.predicted(&fold, FEW) else { continue };
-            let rich = match with.predicted(&fold, FEW) {
+        for (plain, rich) in asked.into_iter().flatten() {
+            let rich = match rich {
                 Ok(rich) => rich,
                 // Those that were asked say what they say.
                 Err(FitError::Cancelled) => break,
