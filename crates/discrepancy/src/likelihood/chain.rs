@@ -148,6 +148,7 @@ impl<T: Number> Chain<'_, T> {
         let (problem, observed) = (self.run.problem, self.run.observed());
         let Way { link, inputs, state, u, out, y, innovations, .. } = way;
         inputs.sample(at, u);
+        link.system.impose(u, state);
         problem.observation.evaluate(&link.system, observed.times[k], state, u, y);
         for (series, value) in out.iter_mut().zip(&*y) {
             series.push(*value);

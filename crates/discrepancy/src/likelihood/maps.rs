@@ -379,6 +379,7 @@ impl<'r> Linearising<'r> {
         let (mut lasting, mut driven) = (f64::NAN, vec![]);
         for (at, k) in w.range.clone().enumerate() {
             let u = &self.maps.inputs[k * m..(k + 1) * m];
+            self.system.impose(u, state);
             problem.observation.evaluate(&self.system, observed.times[k], state, u, &mut y);
             self.slopes(k, state);
             if let Some(filter) = &mut filter {
@@ -452,7 +453,9 @@ impl<'r> Linearising<'r> {
         let at = k - maps.first;
         maps.slopes.resize((at + 1) * count * seen, 0.0);
         for chunk in self.chunks.iter().take_while(|c| c.first < seen) {
-            let x: Vec<Dual> = state.iter().enumerate().map(|(i, x)| chunk.seed(*x, i)).collect();
+            let seeded = state.iter().enumerate().map(|(i, x)| chunk.seed(*x, i));
+            let mut x: Vec<Dual> = seeded.collect();
+            chunk.system.impose(&u, &mut x);
             let t = self.run.observed().times[k];
             problem.observation.evaluate(&chunk.system, t, &x, &u, &mut y);
             let last = (chunk.first + LANES).min(seen);
