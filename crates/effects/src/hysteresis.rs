@@ -11,7 +11,9 @@
 //! `beta + gamma` is negative, z grows with the travel and has no limit of its own.
 //!
 //! Without beta there is no loop but a spring that is bent, which is another effect. So what is fitted of
-//! gamma is its ratio to beta, which has bounds.
+//! gamma is its ratio to beta, which has bounds; and what is fitted of the stiffness is the force
+//! `stiffness / beta` that the loop is as high as: where it saturates after a small travel, as bristles
+//! do, the spring is stiff beyond all that moves the machine, but the force is one of its forces.
 
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
@@ -40,18 +42,18 @@ struct Hysteresis;
 
 impl ForceLaw for Hysteresis {
     #[inline(always)]
-    fn basis<T: Number>(&self, _shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        [-at.memory[0]]
+    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
+        [-(at.memory[0] * shape[0])]
     }
 
     fn internal(&self, physical: &[f64]) -> Vec<f64> {
         let [stiffness, beta, gamma] = [physical[0], physical[1], physical[2]];
-        vec![stiffness, beta, gamma / beta]
+        vec![stiffness / beta, beta, gamma / beta]
     }
 
     fn physical(&self, internal: &[f64]) -> Vec<f64> {
-        let [stiffness, beta, ratio] = [internal[0], internal[1], internal[2]];
-        vec![stiffness, beta, ratio * beta]
+        let [height, beta, ratio] = [internal[0], internal[1], internal[2]];
+        vec![height * beta, beta, ratio * beta]
     }
 
     fn memory(&self) -> usize {
@@ -70,7 +72,7 @@ impl ForceLaw for Hysteresis {
 fn priors(scales: &Scales) -> Vec<Prior> {
     let bend = 0.5 / (0.3 * scales.stroke);
     vec![
-        Prior::magnitude(2.0 * scales.force / scales.half_range()),
+        Prior::magnitude(2.0 * scales.force / (scales.half_range() * bend)),
         Prior::order(bend, 3.0, (0.03 / scales.half_range(), 25.0 / scales.stroke)),
         Prior::near(0.0, 1.0, (-3.0, 3.0)),
     ]

@@ -358,11 +358,12 @@ impl<'p> Fit<'p> {
         Minimisation { left_out, noise: self.noise.clone(), ..minimisation }.run(effort)
     }
 
-    /// Whether this fit has all windows of another.
+    /// Whether this fit is of all that another is of. Windows alone do not say it: those that memory only runs
+    /// through are there too.
     #[must_use]
-    pub fn has_windows_of(&self, other: &Self) -> bool {
-        let count = |f: &Self| f.windowed.windows.iter().map(Vec::len).sum::<usize>();
-        count(self) == count(other)
+    pub fn is_of_all_of(&self, other: &Self) -> bool {
+        let windows = |f: &Self| f.windowed.windows.iter().map(Vec::len).sum::<usize>();
+        windows(self) == windows(other) && self.count == other.count
     }
 
     /// What another fit supposes, in the windows of this one, as well as the other follows its own.

@@ -58,7 +58,7 @@ pub fn begin<'p>(short: &Fit<'p>, h: Hypothesis) -> Result<Fit<'p>, FitError> {
 /// # Errors
 /// [`FitError::RanAway`] where it loses its way, and others.
 pub fn grow<'p>(base: &Fit<'p>, short: &Fit<'p>, begun: Fit<'p>) -> Result<Fit<'p>, FitError> {
-    let whole = begun.has_windows_of(short);
+    let whole = begun.is_of_all_of(short);
     if !whole && short.windowed.level == base.windowed.level {
         return short.refit(begun.hypothesis, BEGIN);
     }

@@ -24,6 +24,7 @@
 //!    function, unless one or two laws together follow it as well.
 
 mod apart;
+mod barred;
 pub mod chain;
 mod driven;
 mod folds;
@@ -250,7 +251,7 @@ impl<'p> Search<'p> {
         let curve = Once::new();
         let (mut path, is_curve) = self.curve_at_once(&calibrated, (&look, &curve), first);
         if !is_curve && !path.named.is_empty() {
-            path = self.forward(path, None, MOST_EFFECTS);
+            path = self.unbarred(self.forward(path, None, MOST_EFFECTS));
             path = self.unknown(&calibrated, (&look, &curve), path);
         }
         self.watch.tell("leaving recordings out");

@@ -205,6 +205,45 @@ fn dry_friction_and_hysteresis_show_in_the_force() {
     assert!(again.is_imposed(0));
 }
 
+/// Windows begin where the rig is, whatever is missing: where it is is known, and nothing to fit.
+#[test]
+fn windows_begin_where_the_motion_is_imposed() {
+    let (model, truth) = (read(DAMPER), read(&format!("{DAMPER}{HIDDEN}")));
+    let dataset = Dataset::new(&model, &recordings(&truth, 305, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let fit = Fit::begin(&problem, Hypothesis::of(&model), 4).expect("a fit");
+    assert!(fit.windowed.windows[0].len() > 4 && fit.reduced() > 100.0, "{}", fit.reduced());
+    for (path, observed) in fit.paths().expect("a path").iter().zip(&dataset.recordings) {
+        let rows = path.chunks_exact(2).zip(observed.commands.chunks_exact(3));
+        assert_eq!(rows.len(), observed.len());
+        for (k, (state, motion)) in rows.enumerate() {
+            let off = (state[0] - motion[0]).abs() + (state[1] - motion[1]).abs();
+            assert!(off < 1e-12, "sample {k}: {state:?}, not {motion:?}");
+        }
+    }
+}
+
+/// Bristles slip after a small share of the travel: the spring of the loop is stiff beyond all else, but what it
+/// holds is one of the forces of the machine, and no less believed than a wider loop as high.
+#[test]
+fn loops_of_small_travel_are_believed_too() {
+    let model = read(DAMPER);
+    let dataset = Dataset::new(&model, &recordings(&model, 340, 1)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let [wide, narrow] = [60.0, 1500.0].map(|beta| {
+        let (stiffness, gamma) = (5.0 * beta, 0.5 * beta);
+        let law = read(&format!(
+            "{DAMPER}[[effect]]\nclass = \"hysteresis\"\nchannel = \"x\"\n\
+             stiffness = {stiffness:.1}\nbeta = {beta:.1}\ngamma = {gamma:.1}\n"
+        ));
+        let h = Hypothesis::of(&model);
+        let h = h.with(law.effects[0].clone(), &problem.scales_of(&law.effects[0]));
+        h.penalty(&h.theta())
+    });
+    // The travel is two factors of e^1.1 from what is usual, and costs that alone.
+    assert!(wide < 2.0 && narrow < wide + 10.0, "{wide} {narrow}");
+}
+
 #[test]
 fn where_nothing_is_missing_nothing_is_found() {
     let model = read(DAMPER);

@@ -2,7 +2,7 @@
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS};
 use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, Hypothesis, Problem};
-use lacuna_discrepancy::search::chain::lengthen;
+use lacuna_discrepancy::search::chain::{begin, grow, lengthen};
 use lacuna_discrepancy::{Dataset, Decision};
 use lacuna_plants::model::ModelEffect;
 
@@ -122,6 +122,28 @@ fn memory_does_not_know_of_windows() {
         let tau = fit.hypothesis.supposed()[0].parameters[1];
         assert!((tau - 0.8).abs() < 4.0 * std, "level {level}: {tau} +- {std}");
     }
+}
+
+/// What was begun in a few windows is judged in all of them. Memory runs through those between, so that they are
+/// there from the beginning.
+#[test]
+fn laws_with_memory_are_judged_by_all_samples() {
+    let bench = ON_PENDULUM;
+    let effect =
+        "[[effect]]\nclass = \"hysteresis\"\nchannel = \"q\"\nstiffness = 1\nbeta = 2\ngamma = 1";
+    let truth = bench.truth(effect);
+    let model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&model, 83, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let base = Fit::begin(&problem, Hypothesis::of(&model), 4).expect("a fit");
+    let law = truth.effects[0].clone();
+    let h = base.hypothesis.clone().with(law, &problem.scales_of(&truth.effects[0]));
+    let begun = begin(&base, h).expect("a fit");
+    assert!(begun.count < base.count && !begun.is_of_all_of(&base), "{}", begun.count);
+    let grown = grow(&base, &base, begun).expect("a fit");
+    assert!(grown.is_of_all_of(&base), "{} of {}", grown.count, base.count);
+    // Nothing is missing.
+    assert!(grown.gain_over(&base) < 0.0, "{} nats", grown.gain_over(&base));
 }
 
 /// More evidence for the effect that is there than for one that is not, and for neither where
