@@ -319,14 +319,22 @@ impl<'p> Fit<'p> {
         Ok(moved.hypothesis)
     }
 
-    /// Residuals of the windows that are marked, in which only the states are fitted.
+    /// Residuals of the windows that are marked, in which only the states are fitted. What diverges in steps that
+    /// were chosen for another theta, and in finer ones does not, is integrated badly and nothing worse.
     ///
     /// # Errors
     /// [`FitError`].
     pub fn foretold(&self, h: Hypothesis, marked: &[bool]) -> Result<Vec<Vec<f64>>, FitError> {
+        /// Most steps a sample.
+        const FINEST: usize = 64;
         let states = Effort { steps: 3, least: 0.3 };
-        let fit = self.in_part(h.held(), marked, self.substeps, states)?;
-        Ok(fit.residuals.to_vec())
+        let (held, mut steps) = (h.held(), self.substeps);
+        loop {
+            match self.in_part(held.clone(), marked, steps, states) {
+                Err(FitError::Diverged(_)) if 2 * steps <= FINEST => steps *= 2,
+                fit => return Ok(fit?.residuals.to_vec()),
+            }
+        }
     }
 
     /// Another hypothesis in a few of the windows, spread evenly: enough for a guess, whose states

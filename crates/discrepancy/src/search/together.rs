@@ -7,10 +7,11 @@
 //! has a memory or a time of its own.
 
 use super::driven::Quieted;
-use super::{Named, Path, Rival, Search, Searched, effect_of, untried};
+use super::{Named, Path, Rival, Search, Searched, candidate_of, effect_of, untried};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, FitError, Hypothesis, QUICK};
 use crate::missing_force::{Belief, Obeyed, laws};
+use crate::screen::Screen;
 use lacuna_effects::Acts;
 use lacuna_plants::model::ModelEffect;
 
@@ -134,20 +135,29 @@ impl<'p> Search<'p> {
     /// the noise that a nearly right one leaves hides what it misses. None where all are the best of their kind.
     fn rewritten(&self, path: &Path<'p>) -> Option<Rewritten<'p>> {
         let noise = path.fit.noise.clone()?;
+        let screen = Screen::new(&path.fit).ok()?;
         let (mut better, mut changed) = (path.clone(), false);
-        for k in (0..path.named.len()).rev() {
-            let channel = path.fit.hypothesis.supposed()[k].channel;
-            let is_left = noise.forces.get(channel).is_some_and(|force| *force > 0.0);
-            if is_left && !self.watch.skips(untried::FURTHER) {
+        for (k, law) in path.fit.hypothesis.supposed().iter().enumerate().rev() {
+            let is_left = noise.forces.get(law.channel).is_some_and(|force| *force > 0.0);
+            if is_left && self.has_better_kin(&screen, law) && !self.watch.skips(untried::FURTHER) {
                 changed |= self.rewrite(&mut better, k, self.decision.tie);
             }
         }
+        drop(screen);
         if !changed {
             return None;
         }
         let Quieted { fit, gone } = self.or_tell(self.quieted(&better.fit))?;
         self.tell("rewritten", &fit);
         Some(Rewritten { path: Path { fit, ..better }, gone })
+    }
+
+    /// Whether another law of its kind would gain something beside one: what leads it in its place does.
+    fn has_better_kin(&self, screen: &Screen, law: &ModelEffect) -> bool {
+        let own = candidate_of(law);
+        let kin = self.candidates.iter().filter(|c| own.excludes(c) && **c != own);
+        let gains = screen.score(&kin.copied().collect::<Vec<_>>());
+        gains.first().is_some_and(|best| best.gain > self.decision.tie)
     }
 
     /// A path under the noise that is most likely along it, or under none.

@@ -1,7 +1,7 @@
 //! Multiple shooting: parameters come back, and their standard deviations are honest.
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS};
-use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, Hypothesis, Problem};
+use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, FitError, Hypothesis, Problem};
 use lacuna_discrepancy::search::chain::{begin, grow, lengthen};
 use lacuna_discrepancy::{Dataset, Decision};
 use lacuna_plants::model::ModelEffect;
@@ -144,6 +144,31 @@ fn laws_with_memory_are_judged_by_all_samples() {
     assert!(grown.is_of_all_of(&base), "{} of {}", grown.count, base.count);
     // Nothing is missing.
     assert!(grown.gain_over(&base) < 0.0, "{} nats", grown.gain_over(&base));
+}
+
+/// Steps are chosen for a model as it was fitted. One that is stiffer is foretold in finer ones before it is said to
+/// diverge.
+#[test]
+fn what_is_stiff_is_foretold_in_finer_steps() {
+    let bench = ON_PENDULUM;
+    let model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&model, 84, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let base = Fit::begin(&problem, Hypothesis::of(&model), 2).expect("a fit");
+    let windows: usize = base.windowed.windows.iter().map(Vec::len).sum();
+    let foretold = |coefficient: f64| {
+        let drag = bench.truth(&format!(
+            "[[effect]]\nclass = \"viscous_friction\"\nchannel = \"q\"\ncoefficient = {coefficient:.1}"
+        ));
+        let law = drag.effects[0].clone();
+        let h = base.hypothesis.clone().with(law, &problem.scales_of(&drag.effects[0]));
+        base.foretold(h, &vec![true; windows])
+    };
+    // Runge-Kutta of fourth order is stable up to 2.78 over a step.
+    let limit = 2.78 * base.substeps as f64 / bench.step * model.values()[0];
+    let found = foretold(4.0 * limit).expect("finer steps follow it");
+    assert!(found.iter().flatten().all(|r| r.is_finite()));
+    assert!(matches!(foretold(4000.0 * limit), Err(FitError::Diverged(_))));
 }
 
 /// More evidence for the effect that is there than for one that is not, and for neither where
