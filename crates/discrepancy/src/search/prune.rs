@@ -4,6 +4,7 @@
 use super::driven::Quieted;
 use super::forward::{Look, rank, says_alike, settles};
 use super::{MOST_EFFECTS, Named, Once, Path, Rival, Search, candidate_of, chain, untried};
+use crate::candidates::Candidate;
 use crate::decision::Decision;
 use crate::likelihood::{FULL, Fit, QUICK};
 use crate::screen::Screen;
@@ -37,8 +38,11 @@ impl<'p> Search<'p> {
             // An effect of a model that leaves nothing but noise may be beyond doubt.
             let decisive = missed > self.decision.beyond_doubt();
             let settled = path.fit.reduced() < self.decision.noise && decisive;
-            let replaced =
-                if settled { self.rewrite(path, k, 0.0) } else { self.swap(path, k, &fit) };
+            let replaced = if settled {
+                self.rewrite(path, k, 0.0, |_| true)
+            } else {
+                self.swap(path, k, &fit)
+            };
             if replaced {
                 return true;
             }
@@ -76,10 +80,16 @@ impl<'p> Search<'p> {
         true
     }
 
-    /// Try the other laws of its kind in the place of one, which must lead it by more than `least` nats: beside
-    /// further effects a simpler one may do.
-    pub(super) fn rewrite(&self, path: &mut Path<'p>, k: usize, least: f64) -> bool {
-        let Some(best) = self.best_variant(&path.fit, k) else { return false };
+    /// Try the other laws of its kind that are `wanted` in the place of one, which must lead it by more than `least`
+    /// nats: beside further effects a simpler one may do.
+    pub(super) fn rewrite(
+        &self,
+        path: &mut Path<'p>,
+        k: usize,
+        least: f64,
+        wanted: impl Fn(&Candidate) -> bool,
+    ) -> bool {
+        let Some(best) = self.best_variant(&path.fit, k, wanted) else { return false };
         let lead = best.fit.gain_over(&path.fit);
         if lead <= least {
             return false;

@@ -139,8 +139,11 @@ impl<'p> Search<'p> {
         let (mut better, mut changed) = (path.clone(), false);
         for (k, law) in path.fit.hypothesis.supposed().iter().enumerate().rev() {
             let is_left = noise.forces.get(law.channel).is_some_and(|force| *force > 0.0);
-            if is_left && self.has_better_kin(&screen, law) && !self.watch.skips(untried::FURTHER) {
-                changed |= self.rewrite(&mut better, k, self.decision.tie);
+            let kin = is_left.then(|| self.better_kin(&screen, law)).flatten();
+            if let Some(kin) = kin
+                && !self.watch.skips(untried::FURTHER)
+            {
+                changed |= self.rewrite(&mut better, k, self.decision.tie, |c| *c == kin);
             }
         }
         drop(screen);
@@ -152,12 +155,14 @@ impl<'p> Search<'p> {
         Some(Rewritten { path: Path { fit, ..better }, gone })
     }
 
-    /// Whether another law of its kind would gain something beside one: what leads it in its place does.
-    fn has_better_kin(&self, screen: &Screen, law: &ModelEffect) -> bool {
+    /// The other law of its kind that would gain most beside one, if it is worth its prior odds: what leads it in its
+    /// place gains beside it.
+    fn better_kin(&self, screen: &Screen, law: &ModelEffect) -> Option<Candidate> {
         let own = candidate_of(law);
         let kin = self.candidates.iter().filter(|c| own.excludes(c) && **c != own);
         let gains = screen.score(&kin.copied().collect::<Vec<_>>());
-        gains.first().is_some_and(|best| best.gain > self.decision.tie)
+        let best = gains.first().filter(|best| best.gain > self.decision.prior_odds)?;
+        Some(best.term.candidate)
     }
 
     /// A path under the noise that is most likely along it, or under none.

@@ -16,7 +16,7 @@ impl<'p> Search<'p> {
         let best = tried.iter().take(2).find(|t| t.candidate.effect.nature.kin.is_some());
         let more = best.map_or(vec![], |best| {
             let last = best.fit.hypothesis.supposed().len() - 1;
-            self.variants(&best.fit, last)
+            self.variants(&best.fit, last, |_| true)
         });
         let temperature = common_temperature(tried.iter().chain(&more).map(|t| &t.fit));
         let evidence = |t: &Tried| t.fit.log_evidence(temperature);
@@ -29,11 +29,15 @@ impl<'p> Search<'p> {
         }
     }
 
-    /// The best of the other laws in the place of effect `k`.
-    pub(super) fn best_variant(&self, fit: &Fit<'p>, k: usize) -> Option<Tried<'p>> {
+    /// The best of the other laws that are `wanted` in the place of effect `k`.
+    pub(super) fn best_variant(
+        &self,
+        fit: &Fit<'p>,
+        k: usize,
+        wanted: impl Fn(&Candidate) -> bool,
+    ) -> Option<Tried<'p>> {
         let own = super::candidate_of(fit.hypothesis.supposed().get(k)?);
-        let mut tried = self.variants(fit, k);
-        tried.retain(|t| t.candidate != own);
+        let mut tried = self.variants(fit, k, |c| *c != own && wanted(c));
         rank(&mut tried);
         tried.into_iter().next()
     }
@@ -47,12 +51,19 @@ impl<'p> Search<'p> {
         fit.refit(self.with(&plain, simple), FULL).ok()
     }
 
-    /// Effect `k` of a fit written with the other laws of its kind, each at its best.
-    fn variants(&self, fit: &Fit<'p>, k: usize) -> Vec<Tried<'p>> {
+    /// Effect `k` of a fit written with the other laws of its kind that are `wanted`, each at its best.
+    fn variants(
+        &self,
+        fit: &Fit<'p>,
+        k: usize,
+        wanted: impl Fn(&Candidate) -> bool,
+    ) -> Vec<Tried<'p>> {
         let Some(fitted) = fit.hypothesis.supposed().get(k) else { return vec![] };
         let plain = fit.hypothesis.clone().without(k);
         let glance = Effort { steps: 3, least: 0.3 };
-        let glanced: Vec<Option<Tried>> = siblings(fitted, self)
+        let mut kin = siblings(fitted, self);
+        kin.retain(|effect| wanted(&super::candidate_of(effect)));
+        let glanced: Vec<Option<Tried>> = kin
             .into_par_iter()
             .map(|effect| {
                 let candidate = super::candidate_of(&effect);
