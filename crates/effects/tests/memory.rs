@@ -132,7 +132,9 @@ fn bouc_wen_saturates_at_one_over_beta_plus_gamma() {
     assert!((end[0] - limit).abs() < 1e-6);
     let down = memory_along(law, &shape, |t| (-v * t, -v), 6.0, |_, _| {});
     assert!((down[0] + limit).abs() < 1e-6);
-    assert_eq!(basis(law, &shape, &Local::default(), &end), -end[0]);
+    // The force of a stiffness of 1.
+    let force = law.internal(&[1.0, beta, gamma])[0] * basis(law, &shape, &Local::default(), &end);
+    assert!((force + end[0]).abs() < 1e-12, "{force}");
 }
 
 /// Unloading from saturation: z' = v (1 - (gamma - beta) |z|) for z > 0 and v < 0, which with

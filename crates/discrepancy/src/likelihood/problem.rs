@@ -189,13 +189,6 @@ impl<'a> Problem<'a> {
         self.smoothed[r].along(&system, path, inputs.into_owned())
     }
 
-    /// The measured motion of a recording, its inputs as the actuators of a hypothesis apply them.
-    #[must_use]
-    pub fn measured_motion(&self, h: &Hypothesis, r: usize) -> SmoothedRecording {
-        let inputs = self.effective_inputs(&h.effects, &self.dataset.recordings[r]);
-        self.smoothed[r].driven_by(inputs.into_owned())
-    }
-
     /// Largest absolute command to an actuator.
     #[must_use]
     pub fn largest_command(&self, input: usize) -> f64 {

@@ -127,19 +127,28 @@ pub(super) fn free_run(runner: &impl Runner, warmup: usize) -> Prediction {
     Prediction { outputs: runner.run(0..samples, &x0), counted }
 }
 
-/// Runs of `horizon` seconds, the state at the beginning of each fitted to that window. Each begins with
-/// the memory that the one before it ended with: from rest, a fit of what several springs remember need
-/// not find the way.
+/// Runs of `horizon` seconds, the state at the beginning of each fitted to that window. Each fit begins with
+/// the memory that the window before ended with, and from rest where that is another: from one of them, a fit
+/// of what several springs remember need not find the way.
 pub(super) fn windowed(runner: &impl Runner, horizon: f64) -> Prediction {
     let observed = runner.observed();
     let mut outputs = vec![Vec::with_capacity(observed.len()); runner.weights().len()];
     let mut before: Option<(usize, Vec<f64>)> = None;
     for range in windows(observed, horizon) {
-        let mut guess = runner.guess(range.start);
+        let at_rest = runner.guess(range.start);
+        let mut remembering = at_rest.clone();
         if let Some((start, x0)) = &before {
-            runner.remember(*start..range.start + 1, x0, &mut guess);
+            runner.remember(*start..range.start + 1, x0, &mut remembering);
         }
-        let x0 = fit_state(runner, range.clone(), guess);
+        let again = (remembering != at_rest).then_some(at_rest);
+        let fitted = |guess| fit_state(runner, range.clone(), guess);
+        let misfit =
+            |x: &Vec<f64>| residual(runner, &range, &runner.run(range.clone(), x)).norm_squared();
+        let x0 = fitted(remembering);
+        let x0 = match again.map(fitted) {
+            Some(other) if misfit(&other) < misfit(&x0) => other,
+            _ => x0,
+        };
         before = Some((range.start, x0.clone()));
         for (all, part) in outputs.iter_mut().zip(runner.run(range, &x0)) {
             all.extend(part);

@@ -5,7 +5,7 @@ use crate::likelihood::maps::Maps;
 use crate::likelihood::normal::{Block, Eliminated, Memory};
 use crate::likelihood::sweep::{Columns, Run};
 use crate::likelihood::{Fit, FitError, Window};
-use crate::trajectories::{SmoothedRecording, unmeasured};
+use crate::trajectories::SmoothedRecording;
 use nalgebra::{DMatrix, DVector};
 
 /// One recording along its fitted trajectory.
@@ -85,23 +85,11 @@ impl Rows {
     }
 }
 
-/// The motion that forces are evaluated along. A missing force is that of the machine, where the machine went: the
-/// nearer of two paths says it, the measured one where the fit's is farther from what was measured than noise is.
-/// What nobody measured, and what a filter has corrected already, is the fit's.
-fn motion(fit: &Fit, r: usize, maps: &Maps) -> SmoothedRecording {
-    let problem = fit.problem;
-    let hidden = !unmeasured(problem.model, problem.dataset).is_empty();
-    if hidden || fit.noise.is_some() || fit.excess() < 1.0 {
-        return problem.motion(&fit.hypothesis, r, &maps.path);
-    }
-    problem.measured_motion(&fit.hypothesis, r)
-}
-
 /// Linearise one recording of a fit.
 pub(super) fn along(fit: &Fit, r: usize, run: &Run) -> Result<Along, FitError> {
     let problem = fit.problem;
     let maps = Maps::along(run, fit.noise.as_deref())?;
-    let motion = motion(fit, r, &maps);
+    let motion = problem.motion(&fit.hypothesis, r, &maps.path);
     let Run { windows, starts, .. } = *run;
     // What is seen through the filters of this very run.
     let filtered = Run { filters: &maps.filters, ..*run };

@@ -155,13 +155,13 @@ impl<'p> Search<'p> {
         Some(Rewritten { path: Path { fit, ..better }, gone })
     }
 
-    /// The other law of its kind that would gain most beside one, if it is worth its prior odds: what leads it in its
-    /// place gains beside it.
+    /// The other law of its kind that would gain most beside one, if that is beyond doubt: what leads it in its place
+    /// gains beside it, and so does every richer law a little.
     fn better_kin(&self, screen: &Screen, law: &ModelEffect) -> Option<Candidate> {
         let own = candidate_of(law);
         let kin = self.candidates.iter().filter(|c| own.excludes(c) && **c != own);
         let gains = screen.score(&kin.copied().collect::<Vec<_>>());
-        let best = gains.first().filter(|best| best.gain > self.decision.prior_odds)?;
+        let best = gains.first().filter(|best| best.gain > self.decision.beyond_doubt())?;
         Some(best.term.candidate)
     }
 

@@ -43,40 +43,6 @@ fn small_forces_are_read_off_on_every_kind_of_channel() {
     }
 }
 
-/// A joint that a servo holds where it is told to be.
-const SERVO: &str = r#"
-name = "servo"
-[parameters]
-J = { value = 0.03, unit = "kg m^2" }
-[[input]]
-name = "to"
-unit = "rad"
-[[coordinate]]
-name = "q"
-velocity = "dq"
-unit = "rad"
-[mechanics]
-mass = [["J"]]
-force = ["18*(to - q) - 1.2*dq"]
-"#;
-
-/// A spring as stiff as the servo keeps the joint from going where the model goes, where the spring would pull
-/// nearly three times as hard.
-#[test]
-fn a_large_force_is_read_off_where_the_machine_went() {
-    let bench = Bench {
-        text: SERVO,
-        amplitude: (0.3, 0.6),
-        frequency: (0.5, 3.0),
-        start: 0.0,
-        ..ON_PENDULUM
-    };
-    let spring = "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = 18";
-    let (found, _, gain) = screened(bench, 37, spring, &[]);
-    assert!((found / 18.0 - 1.0).abs() < 0.1, "{found} N m/rad^3");
-    assert!(gain > 10.0, "{gain} nats");
-}
-
 #[test]
 fn a_small_late_command_is_read_off() {
     let bench = ON_PENDULUM;
