@@ -14,7 +14,7 @@
 //! in a row say the same, are worth one sample of the noise in T = s c. It belongs to what is
 //! compared, not to one of the hypotheses: all are judged by what the one that fits best leaves.
 
-use super::{Fit, Free, What};
+use super::{Fit, Free, QUICK, What};
 use crate::colour::{RELIABLE, ROUGH, colour};
 use lacuna_effects::Law;
 use nalgebra::{DMatrix, DVector};
@@ -117,6 +117,13 @@ impl Fit<'_> {
         let log: f64 = factor.l().diagonal().map(f64::ln).sum();
         let sides = entries.iter().filter(|i| h.free[**i].bounds.0 == absent).count() as f64;
         Some(0.5 * (z.dot(&factor.solve(&z)) - believed) + log + sides * std::f64::consts::LN_2)
+    }
+
+    /// Nats by which this fit is ahead of the same without effect `k`, both fitted; none where that has no fit.
+    #[must_use]
+    pub fn gained_by(&self, k: usize) -> Option<f64> {
+        let without = self.refit(self.hypothesis.clone().without(k), QUICK).ok()?;
+        Some(self.gain_over(&without))
     }
 
     /// Whether effect `k` does nothing with the values that it was given.

@@ -39,28 +39,19 @@ impl<'a> IdentifiedPredictor<'a> {
         let plant = IdentifiedPlant::new(model)?;
         let weights = (0..dataset.outputs.len()).map(|k| 1.0 / dataset.noise_sd(k)).collect();
         let mut this = Self { plant, path, dataset, weights, substeps: 1 };
-        let started = |(observed, ranges): (&'a Observed, Vec<Range<usize>>)| {
-            let driving = this.on(observed)?;
-            let start = |range: Range<usize>| (driving.guess(range.start), range);
-            let starts: Vec<_> = ranges.into_iter().map(start).collect();
-            Ok((driving, starts))
-        };
-        let starts: Result<Vec<_>, DiagnoseError> =
-            substeps::stretches(dataset).into_iter().map(started).collect();
-        let starts = starts?;
-        if !starts.is_empty() {
-            let limits = (substeps::TOLERANCE, substeps::MOST);
-            let needed = substeps::fewest(dataset, limits, |steps| {
-                let of = |(driving, some): &(Driving, Vec<_>)| -> Vec<Series> {
-                    some.iter()
-                        .map(|(x, s): &(Vec<f64>, _)| driving.run_with(Range::clone(s), x, steps))
-                        .collect()
-                };
-                starts.iter().flat_map(of).collect()
-            });
-            drop(starts);
-            this.substeps = needed.steps_a_sample;
-        }
+        let driving = |(observed, ranges)| Ok((this.on(observed)?, ranges));
+        let driving: Result<Vec<_>, DiagnoseError> =
+            substeps::stretches(dataset).into_iter().map(driving).collect();
+        let driving = driving?;
+        let limits = (substeps::TOLERANCE, substeps::MOST);
+        let needed = substeps::fewest(dataset, limits, |steps| {
+            substeps::along(&driving, |driving, range| {
+                let start = driving.guess(range.start);
+                driving.run_with(range, &start, steps)
+            })
+        });
+        drop(driving);
+        this.substeps = needed.steps_a_sample;
         Ok(this)
     }
 

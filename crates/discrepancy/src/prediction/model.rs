@@ -78,23 +78,16 @@ impl<'a> Predictor<'a> {
     /// RK4 steps between two samples, at most so many, whose error stays below a share of the
     /// noise.
     pub(crate) fn needed_substeps(&self, tolerance: f64, most: usize) -> Integration {
-        let stretches = substeps::stretches(self.dataset);
-        if stretches.is_empty() {
+        let stretches = substeps::stretches(self.dataset).into_iter();
+        let driven: Vec<_> = stretches.map(|(o, ranges)| (self.drive(o), ranges)).collect();
+        if driven.is_empty() {
             return self.integration;
         }
-        let started = |(observed, ranges): (&'a Observed, Vec<Range<usize>>)| {
-            let start = |range: Range<usize>| (self.guess(observed, range.start), range);
-            (self.drive(observed), ranges.into_iter().map(start).collect::<Vec<_>>())
-        };
-        let starts: Vec<_> = stretches.into_iter().map(started).collect();
         substeps::fewest(self.dataset, (tolerance, most), |steps| {
-            let run = |driven: &Driven, (state, range): &(Vec<f64>, Range<usize>)| {
-                self.run(&self.plain, driven, (range.clone(), steps), &mut state.clone())
-            };
-            let of = |(driven, some): &(Driven, Vec<_>)| -> Vec<Series> {
-                some.iter().map(|start| run(driven, start)).collect()
-            };
-            starts.iter().flat_map(of).collect()
+            substeps::along(&driven, |driven, range| {
+                let mut state = self.guess(driven.observed, range.start);
+                self.run(&self.plain, driven, (range, steps), &mut state)
+            })
         })
     }
 

@@ -81,6 +81,22 @@ pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>, guess: Vec<f6
     x
 }
 
+/// The same from a guess, or from another where that fits better.
+fn fit_state_from(
+    runner: &impl Runner,
+    range: &Range<usize>,
+    guess: Vec<f64>,
+    again: Option<Vec<f64>>,
+) -> Vec<f64> {
+    let fitted = |guess| fit_state(runner, range.clone(), guess);
+    let misfit = |x: &[f64]| residual(runner, range, &runner.run(range.clone(), x)).norm_squared();
+    let best = fitted(guess);
+    match again.map(fitted) {
+        Some(other) if misfit(&other) < misfit(&best) => other,
+        _ => best,
+    }
+}
+
 /// Weighted residual over a range; a large finite number where the model diverges, so
 /// that the fit can still compare.
 fn residual(runner: &impl Runner, range: &Range<usize>, predicted: &Series) -> DVector<f64> {
@@ -136,19 +152,12 @@ pub(super) fn windowed(runner: &impl Runner, horizon: f64) -> Prediction {
     let mut before: Option<(usize, Vec<f64>)> = None;
     for range in windows(observed, horizon) {
         let at_rest = runner.guess(range.start);
-        let mut remembering = at_rest.clone();
+        let mut guess = at_rest.clone();
         if let Some((start, x0)) = &before {
-            runner.remember(*start..range.start + 1, x0, &mut remembering);
+            runner.remember(*start..range.start + 1, x0, &mut guess);
         }
-        let again = (remembering != at_rest).then_some(at_rest);
-        let fitted = |guess| fit_state(runner, range.clone(), guess);
-        let misfit =
-            |x: &Vec<f64>| residual(runner, &range, &runner.run(range.clone(), x)).norm_squared();
-        let x0 = fitted(remembering);
-        let x0 = match again.map(fitted) {
-            Some(other) if misfit(&other) < misfit(&x0) => other,
-            _ => x0,
-        };
+        let again = (guess != at_rest).then_some(at_rest);
+        let x0 = fit_state_from(runner, &range, guess, again);
         before = Some((range.start, x0.clone()));
         for (all, part) in outputs.iter_mut().zip(runner.run(range, &x0)) {
             all.extend(part);

@@ -38,22 +38,35 @@ pub(super) fn stretches(dataset: &Dataset) -> Vec<(&Observed, Vec<Range<usize>>)
 
 /// Recording and sample of the change from one sample to the next that stands out most among those of its output.
 fn steepest(dataset: &Dataset) -> Option<(usize, usize)> {
-    let changes = |output: usize| {
-        let all = dataset.recordings.iter().enumerate();
-        all.flat_map(move |(r, observed)| {
-            let pairs = observed.outputs[output].windows(2).enumerate();
-            pairs.map(move |(k, pair)| ((r, k), (pair[1] - pair[0]).abs()))
-        })
-        .filter(|(_, change)| change.is_finite())
-    };
     let most = |output: usize| {
-        let (squares, count) =
-            changes(output).fold((0.0, 0), |(sum, n), (_, c)| (sum + c * c, n + 1));
-        let (at, most) = changes(output).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some((at, most / (squares / f64::from(count)).sqrt())).filter(|(_, peak)| peak.is_finite())
+        let (mut at, mut most, mut squares, mut count) = (None, 0.0, 0.0, 0);
+        for (r, observed) in dataset.recordings.iter().enumerate() {
+            for (k, pair) in observed.outputs[output].windows(2).enumerate() {
+                let change = (pair[1] - pair[0]).abs();
+                if change.is_finite() {
+                    (squares, count) = (squares + change * change, count + 1);
+                    if change >= most {
+                        (at, most) = (Some((r, k)), change);
+                    }
+                }
+            }
+        }
+        let peak = most / (squares / f64::from(count)).sqrt();
+        Some((at?, peak)).filter(|_| peak.is_finite())
     };
     let all = (0..dataset.outputs.len()).filter_map(most);
     all.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
+}
+
+/// Runs along the stretches of each recording, of what is driven as that is.
+pub(super) fn along<D>(
+    driven: &[(D, Vec<Range<usize>>)],
+    run: impl Fn(&D, Range<usize>) -> Series,
+) -> Vec<Series> {
+    let of = |(driven, ranges): &(D, Vec<Range<usize>>)| -> Vec<Series> {
+        ranges.iter().map(|range| run(driven, range.clone())).collect()
+    };
+    driven.iter().flat_map(of).collect()
 }
 
 /// Fewest RK4 steps a sample whose error over some stretches stays well below the noise:

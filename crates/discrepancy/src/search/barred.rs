@@ -24,11 +24,13 @@ impl<'p> Search<'p> {
             let begun = Named { gain: last.gain - behind, rivals: vec![given_up] };
             let named = before.iter().cloned().chain([begun]).collect();
             let found = self.forward(Path { fit: chain::polish(fit), named }, None, MOST_EFFECTS);
-            let more = found.named.len().saturating_sub(path.named.len()) as f64;
+            if found.named.len() <= path.named.len() {
+                continue;
+            }
+            let more = (found.named.len() - path.named.len()) as f64;
             // In windows as long as those that the path follows.
-            let alike = found.fit.at_level(path.fit.windowed.level, QUICK);
-            let lead = alike.map_or(f64::NEG_INFINITY, |fit| fit.gain_over(&path.fit));
-            if more > 0.0 && lead > more * self.decision.prior_odds {
+            let Ok(alike) = found.fit.at_level(path.fit.windowed.level, QUICK) else { continue };
+            if alike.gain_over(&path.fit) > more * self.decision.prior_odds {
                 return found;
             }
         }

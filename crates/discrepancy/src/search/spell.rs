@@ -99,9 +99,7 @@ impl<'p> Search<'p> {
             .into_iter()
             .collect();
         for k in path.named.len()..best.hypothesis.supposed().len() {
-            let without = best.hypothesis.clone().without(k);
-            let without = best.refit(without, QUICK);
-            let gain = without.map_or(0.0, |w| best.gain_over(&w));
+            let gain = best.gained_by(k).unwrap_or(0.0);
             path.named.push(Named { gain, rivals: rivals.clone() });
         }
         Path { fit: best, ..path }

@@ -198,7 +198,7 @@ impl<'p> Search<'p> {
         loop {
             let temperature = path.fit.temperature();
             for (k, named) in path.named.iter_mut().enumerate() {
-                let gain = path.fit.missed(k, temperature).or_else(|| self.gain_of(&path.fit, k));
+                let gain = path.fit.missed(k, temperature).or_else(|| path.fit.gained_by(k));
                 named.gain = gain.unwrap_or(named.gain);
             }
             let gains = path.named.iter().map(|n| n.gain).enumerate();
@@ -223,12 +223,6 @@ impl<'p> Search<'p> {
                 None => fit,
             };
         }
-    }
-
-    /// What a fit gains by effect `k`, both fitted.
-    fn gain_of(&self, fit: &Fit<'p>, k: usize) -> Option<f64> {
-        let without = fit.refit(fit.hypothesis.clone().without(k), QUICK).ok()?;
-        Some(fit.gain_over(&without))
     }
 
     /// A fit with effect `k`, which it has as its last, begun where the model went without it: beside noise an optimum

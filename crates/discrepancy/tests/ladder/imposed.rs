@@ -240,7 +240,7 @@ fn loops_of_small_travel_are_believed_too() {
         let h = h.with(law.effects[0].clone(), &problem.scales_of(&law.effects[0]));
         h.penalty(&h.theta())
     });
-    // The travel is two factors of e^1.1 from what is usual, and costs that alone.
+    // A travel that is three times the deviation of its prior from what is usual costs nine, and the force nothing.
     assert!(wide < 2.0 && narrow < wide + 10.0, "{wide} {narrow}");
 }
 
