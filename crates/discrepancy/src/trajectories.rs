@@ -117,6 +117,12 @@ impl SmoothedRecording {
         along
     }
 
+    /// The same motion with these effective inputs.
+    #[must_use]
+    pub fn driven_by(&self, inputs: Vec<f64>) -> Self {
+        Self { inputs, ..self.clone() }
+    }
+
     /// Number of coordinates.
     #[must_use]
     pub fn coordinates(&self) -> usize {

@@ -1,9 +1,12 @@
 //! An overflow above a level (a tank's brim): `-rate max(x - position, 0)`.
 
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable,
+    Acts, At, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior,
+    Range, Scales, Variable,
 };
+
+/// What runs over a brim. The laws' shared numbers: rate, position.
+pub(crate) static FAMILY: Family = Family { words: "an overflow" };
 
 pub(crate) static EFFECT: Effect = Effect {
     class: "overflow",
@@ -18,7 +21,15 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&Overflow),
     priors,
     shapes,
-    nature: Nature { edge: true, ..Nature::PLAIN },
+    nature: Nature {
+        kin: Some(Kin {
+            family: &FAMILY,
+            shared: |p, _| p.to_vec(),
+            begun: |shared, _| vec![shared.to_vec()],
+        }),
+        edge: true,
+        ..Nature::PLAIN
+    },
 };
 
 #[derive(Debug)]
@@ -34,7 +45,10 @@ impl ForceLaw for Overflow {
 pub(crate) fn priors(scales: &Scales) -> Vec<Prior> {
     let reach = scales.half_range();
     let brim = Prior::near(scales.q.0 + 1.7 * reach, 0.4 * reach, scales.q);
-    vec![Prior::magnitude(20.0 * scales.force / reach), brim]
+    // A hard brim: what moves the state lifts it over by no more than a hundredth of its way. Harder
+    // ones look the same.
+    let hard = 100.0 * scales.force / reach;
+    vec![Prior::near(0.0, hard, (0.0, hard)), brim]
 }
 
 /// Brims in the upper part of the state's range.

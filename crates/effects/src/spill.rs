@@ -3,9 +3,10 @@
 //! Both states change by the same stream; `share` is what of it arrives, each counted in its
 //! own unit: of two tanks with areas A_i and A_j, the part that is caught times `A_i / A_j`.
 
+use crate::overflow::{self, FAMILY};
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable, overflow,
+    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
+    Scales, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -22,7 +23,11 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&Spill),
     priors,
     shapes,
-    nature: Nature { edge: true, ..Nature::PLAIN },
+    nature: Nature {
+        kin: Some(Kin { family: &FAMILY, shared: |p, _| vec![p[0], p[1]], begun }),
+        edge: true,
+        ..Nature::PLAIN
+    },
 };
 
 #[derive(Debug)]
@@ -48,8 +53,16 @@ fn priors(scales: &Scales) -> Vec<Prior> {
     overflow::priors(scales).into_iter().chain([share]).collect()
 }
 
-/// Every brim of an overflow, with little and with all caught.
+/// How much of it is caught: little, or nearly all.
+const CAUGHT: [f64; 2] = [0.3, 0.9];
+
+/// An overflow of which little is caught, and one of which nearly all is.
+fn begun(shared: &[f64], _: &Scales) -> Vec<Vec<f64>> {
+    CAUGHT.map(|share| vec![shared[0], shared[1], share]).to_vec()
+}
+
+/// Every brim of an overflow, with little and with nearly all caught.
 fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
-    let caught = |brim: Vec<f64>| [0.3, 0.9].map(|share| vec![brim[0], share]);
+    let caught = |brim: Vec<f64>| CAUGHT.map(|share| vec![brim[0], share]);
     overflow::shapes(scales).into_iter().flat_map(caught).collect()
 }

@@ -126,6 +126,13 @@ impl Ladder<'_> {
         FormulaFit { left, residual_over_noise: self.found.chosen.reduced().sqrt() }
     }
 
+    /// What they leave of it in the middle one of the recordings that show more than noise; none of fewer than three.
+    pub(super) fn left_in_middle(&self) -> Option<f64> {
+        let (before, after) = (&self.found.calibrated, &self.found.chosen);
+        let both = before.excess_by_recording().into_iter().zip(after.excess_by_recording());
+        in_middle(both, self.decision.explained - 1.0)
+    }
+
     /// What would tell an effect from its first rival, where the recordings leave that open.
     fn experiment(&self, support: &Support, rivals: &[&Rival]) -> Option<Experiment> {
         let first = rivals.iter().min_by(|a, b| a.behind.total_cmp(&b.behind))?;
@@ -283,6 +290,16 @@ fn is_resolved(law: &[f64]) -> bool {
     bends <= BENT * law.iter().map(|f| f * f).sum::<f64>()
 }
 
+/// What is left of the mismatch in the middle one of the recordings that show more than so much of it, of what is there
+/// before and after in each; none of fewer than three.
+fn in_middle(both: impl Iterator<Item = (f64, f64)>, shown: f64) -> Option<f64> {
+    let shown = both.filter(|(before, _)| *before > shown);
+    let mut left: Vec<f64> =
+        shown.map(|(before, after)| (after / before).clamp(0.0, 1.0)).collect();
+    left.sort_by(f64::total_cmp);
+    (left.len() >= 3).then(|| left[left.len() / 2])
+}
+
 /// Rivals of an effect that would be told as something else: another class, or another place.
 fn rivals_of<'n>(e: &ModelEffect, named: &'n Named) -> Vec<&'n Rival> {
     let same = |c: &Candidate| {
@@ -290,4 +307,19 @@ fn rivals_of<'n>(e: &ModelEffect, named: &'n Named) -> Vec<&'n Rival> {
         (c.effect.named_class(), c.channel) == (e.effect.named_class(), e.channel) && !apart
     };
     named.rivals.iter().filter(|r| !same(&r.candidate)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_middle;
+
+    #[test]
+    fn one_recording_does_not_silence_the_others() {
+        let all = [(400.0, 390.0), (50.0, 4.0), (30.0, 6.0)];
+        assert_eq!(in_middle(all.into_iter(), 0.5), Some(0.2));
+        // What shows nothing beyond noise is not asked, and two are no majority.
+        let quiet = all.into_iter().chain([(0.1, 0.1), (0.2, 0.2)]);
+        assert_eq!(in_middle(quiet, 0.5), Some(0.2));
+        assert_eq!(in_middle(all.into_iter().take(2), 0.5), None);
+    }
 }

@@ -129,9 +129,28 @@ impl<'a> Ladder<'a> {
             Verdict::NoMismatch => Handed::Given,
             Verdict::Miscalibrated => Handed::Chosen,
             Verdict::MissingPhysics | Verdict::SensorFault | Verdict::Unexplained => {
-                if self.formula().left > MOST { Handed::Given } else { Handed::Chosen }
+                if self.leaves_most() { Handed::Given } else { Handed::Chosen }
             }
         }
+    }
+
+    /// Whether findings leave most of the mismatch, in all recordings together and in most of them: where something
+    /// else shows in one alone, it says nothing of the others.
+    fn leaves_most(&self) -> bool {
+        self.formula().left > MOST && self.left_in_middle().is_none_or(|left| left > MOST)
+    }
+
+    /// What is to be said where that is so in all recordings together and not in most of them.
+    fn says_elsewhere(&self) -> Option<String> {
+        let middle = self.left_in_middle().filter(|_| !self.found.named.is_empty())?;
+        let all = self.formula().left;
+        (all > MOST && middle <= MOST).then(|| {
+            format!(
+                "Something else shows in some of the recordings: what was found leaves {:.0} % of the mismatch in all of them, {:.0} % in the middle one.",
+                100.0 * all,
+                100.0 * middle
+            )
+        })
     }
 
     /// The proof of the model as it was given, in place of one that failed; its outcome is kept.
@@ -161,6 +180,7 @@ impl<'a> Ladder<'a> {
             ));
         }
         notes.extend(model.dynamics().trouble());
+        notes.extend(self.says_elsewhere());
         notes.extend(self.says_driving());
         notes.extend(self.says_coloured());
         notes.extend(lost::says([self.problem.dataset, self.held_out]));
@@ -213,7 +233,7 @@ impl<'a> Ladder<'a> {
     /// Whether sensors alone are named, and leave most of the mismatch: that the physics is right is then not
     /// shown, and what is wrong in it passes for a wrong sensor.
     fn doubts_sensors(&self) -> bool {
-        self.names_sensors_alone() && self.formula().left > MOST
+        self.names_sensors_alone() && self.leaves_most()
     }
 
     /// The mean square residual, in units of the noise, of a model that explains its data: what

@@ -36,6 +36,22 @@ impl Fit<'_> {
         (self.chi2 - quiet) / self.count.max(1) as f64
     }
 
+    /// The same in each recording.
+    #[must_use]
+    pub fn excess_by_recording(&self) -> Vec<f64> {
+        let mut residuals = self.residuals.iter();
+        let of = |(r, windows): (usize, &Vec<_>)| {
+            let own: Vec<f64> = residuals.by_ref().take(windows.len()).flatten().copied().collect();
+            let chi2: f64 = own.iter().map(|e| e * e).sum();
+            let quiet = match self.filters.get(r).filter(|_| self.noise.is_some()) {
+                Some(filters) => filters.iter().map(|f| f.quiet).sum(),
+                None => own.len() as f64,
+            };
+            (chi2 - quiet) / own.len().max(1) as f64
+        };
+        self.windowed.windows.iter().enumerate().map(of).collect()
+    }
+
     /// How much wider innovations are than the outputs' noise: log det of their covariance.
     #[must_use]
     pub fn width(&self) -> f64 {

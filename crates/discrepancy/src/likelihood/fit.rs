@@ -3,6 +3,7 @@
 use super::end::{End, FitError};
 use super::minimise::{Effort, Linearised, Minimisation};
 use super::normal::{Block, Precision};
+use super::problem::FINEST;
 use super::sweep::{Run, Starts};
 use super::windows::{Window, windows};
 use super::{Filter, Hypothesis, Problem, ProcessNoise, What};
@@ -214,6 +215,16 @@ impl<'p> Fit<'p> {
         Minimisation { known, ..begun }.run(effort)
     }
 
+    /// The same fit along paths that are integrated in finer steps, where it goes astray in its own: its parameters
+    /// stay, and what is known of them is right.
+    #[must_use]
+    pub fn in_finer_steps(&self) -> Option<Self> {
+        let (h, windowed) = (self.hypothesis.clone(), self.windowed.clone());
+        let noise = self.noise.clone();
+        let steps = self.problem.finer_substeps(&h.parameters, &h.effects, noise.is_some())?;
+        minimise(self.problem, h, windowed, (noise, steps), STILL).ok()
+    }
+
     /// Fit the same hypothesis in windows of another level.
     ///
     /// # Errors
@@ -325,8 +336,6 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn foretold(&self, h: Hypothesis, marked: &[bool]) -> Result<Vec<Vec<f64>>, FitError> {
-        /// Most steps a sample.
-        const FINEST: usize = 64;
         let states = Effort { steps: 3, least: 0.3 };
         let (held, mut steps) = (h.held(), self.substeps);
         loop {

@@ -3,6 +3,7 @@
 use super::paths::Paths;
 use super::{Hypothesis, Window};
 use crate::dataset::{Dataset, Observed};
+use crate::diagnosis::Integration;
 use crate::prediction::Predictor;
 use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
@@ -21,6 +22,10 @@ use std::sync::Arc;
 const ENDS: usize = 2000;
 /// Samples of a recording at which the model's forces are looked at.
 const POINTS: usize = 60;
+/// Most Runge-Kutta steps a sample in a search.
+const MOST: usize = 16;
+/// Most Runge-Kutta steps a sample, for what goes astray in fewer.
+pub(super) const FINEST: usize = 64;
 
 /// A model and the recordings that it is compared with.
 pub struct Problem<'a> {
@@ -189,6 +194,13 @@ impl<'a> Problem<'a> {
         self.smoothed[r].along(&system, path, inputs.into_owned())
     }
 
+    /// The measured motion of a recording, its inputs as the actuators of a hypothesis apply them.
+    #[must_use]
+    pub fn measured_motion(&self, h: &Hypothesis, r: usize) -> SmoothedRecording {
+        let inputs = self.effective_inputs(&h.effects, &self.dataset.recordings[r]);
+        self.smoothed[r].driven_by(inputs.into_owned())
+    }
+
     /// Largest absolute command to an actuator.
     #[must_use]
     pub fn largest_command(&self, input: usize) -> f64 {
@@ -219,14 +231,35 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn substeps(&self, parameters: &[f64], effects: &[ModelEffect], corrected: bool) -> usize {
         // A twentieth of the noise: a search need not be finer.
-        const TOLERANCE: f64 = 0.05;
-        const MOST: usize = 16;
+        self.steps_within(parameters, effects, corrected, (0.05, MOST)).steps_a_sample
+    }
+
+    /// The same for a model that goes astray in as many as a search takes: what errs by more than the noise there
+    /// oscillates from step to step, and its derivatives say nothing. None where they are enough.
+    #[must_use]
+    pub fn finer_substeps(
+        &self,
+        parameters: &[f64],
+        effects: &[ModelEffect],
+        corrected: bool,
+    ) -> Option<usize> {
+        let within = |limits| self.steps_within(parameters, effects, corrected, limits);
+        let astray = within((1.0, MOST)).error_over_noise > 1.0;
+        astray.then(|| within((1.0, FINEST)).steps_a_sample)
+    }
+
+    fn steps_within(
+        &self,
+        parameters: &[f64],
+        effects: &[ModelEffect],
+        corrected: bool,
+        (tolerance, most): (f64, usize),
+    ) -> Integration {
         let p = Predictor::with_substeps(self.model, parameters, effects, self.dataset, 1);
-        let needed = match corrected && self.is_robot() {
-            true => p.needed_from_sample_to_sample(&self.smoothed[0], (TOLERANCE, MOST)),
-            false => p.needed_substeps(TOLERANCE, MOST),
-        };
-        needed.steps_a_sample
+        match corrected && self.is_robot() {
+            true => p.needed_from_sample_to_sample(&self.smoothed[0], (tolerance, most)),
+            false => p.needed_substeps(tolerance, most),
+        }
     }
 
     /// Half the range of an entry of the machine's state.

@@ -85,11 +85,16 @@ impl Rows {
     }
 }
 
-/// Linearise one recording of a fit.
-pub(super) fn along(fit: &Fit, r: usize, run: &Run) -> Result<Along, FitError> {
+/// Linearise one recording of a fit; forces are those along the fit's path, or the `measured` one. What nobody
+/// measured, and what a filter has corrected already, is the fit's.
+pub(super) fn along(fit: &Fit, r: usize, run: &Run, measured: bool) -> Result<Along, FitError> {
     let problem = fit.problem;
     let maps = Maps::along(run, fit.noise.as_deref())?;
-    let motion = problem.motion(&fit.hypothesis, r, &maps.path);
+    let measured = measured && fit.noise.is_none() && problem.hidden().is_empty();
+    let motion = match measured {
+        true => problem.measured_motion(&fit.hypothesis, r),
+        false => problem.motion(&fit.hypothesis, r, &maps.path),
+    };
     let Run { windows, starts, .. } = *run;
     // What is seen through the filters of this very run.
     let filtered = Run { filters: &maps.filters, ..*run };

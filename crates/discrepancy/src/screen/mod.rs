@@ -76,9 +76,22 @@ impl<'p> Screen<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn new(fit: &'p Fit<'p>) -> Result<Self, FitError> {
+        Self::of(fit, false)
+    }
+
+    /// The same, with forces along the measured motion: where the fit's own is far from it, as that of a model which
+    /// does not stick where the machine does, a force along it says little of the machine's.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn along_measured(fit: &'p Fit<'p>) -> Result<Self, FitError> {
+        Self::of(fit, true)
+    }
+
+    fn of(fit: &'p Fit<'p>, measured: bool) -> Result<Self, FitError> {
         let (problem, runs) = (fit.problem, fit.runs());
         let recordings: Result<Vec<Along>, FitError> =
-            runs.par_iter().enumerate().map(|(r, run)| along(fit, r, run)).collect();
+            runs.par_iter().enumerate().map(|(r, run)| along(fit, r, run, measured)).collect();
         let recordings = recordings?;
         let free = &fit.hypothesis.free;
         let p = free.len();

@@ -59,7 +59,7 @@ impl<'p> Search<'p> {
     /// The effect that gains most, if it is worth it.
     fn next(&self, path: &mut Path<'p>, look: &Look) -> Option<(Fit<'p>, Named)> {
         let (base, decision) = (&path.fit, &self.decision);
-        let further = !path.named.is_empty();
+        let further = base.hypothesis.supposed().iter().any(leaves_remainder);
         let mut shortlist = look.shortlist.clone();
         // What cannot settle what is left need not be fitted.
         let nats = 0.5 * base.count as f64;
@@ -160,7 +160,7 @@ impl<'p> Search<'p> {
             laws.iter().filter(|e| says_alike(e, &further)).map(|e| e.channel).collect();
         let lead = |channel: usize| {
             let remainder = screen.remainder(channel)?;
-            let acts = laws.iter().any(|e| acts_on(model, e, channel));
+            let acts = laws.iter().any(|e| leaves_remainder(e) && acts_on(model, e, channel));
             let first = !acts && acts_on(model, effect, channel);
             let alike = alike.contains(&channel);
             Some(Lead { acts, first, alike, remainder, promised, fitted: fitted.max(promised) })
@@ -178,7 +178,8 @@ impl<'p> Search<'p> {
 
     /// What the screening finds worth a fit, and the free curves.
     pub(super) fn look(&self, base: &Fit) -> Look {
-        let Ok(screen) = Screen::new(base) else { return Look::default() };
+        let screen = if self.afresh { Screen::along_measured(base) } else { Screen::new(base) };
+        let Ok(screen) = screen else { return Look::default() };
         let have: Vec<Candidate> = base.hypothesis.supposed().iter().map(candidate_of).collect();
         let left = |c: &&Candidate| {
             !have.iter().any(|h| h.excludes(c))
@@ -219,15 +220,32 @@ impl<'p> Search<'p> {
     pub(super) fn fit_all(&self, base: &Fit<'p>, shortlist: &[Scored]) -> Vec<Tried<'p>> {
         let short = self.shorter(base);
         let begun = shortlist.par_iter().map(|s| {
-            let Term { candidate, shape } = &s.term;
-            let effect = effect_of(candidate, &s.amplitudes, shape);
-            let h = self.with(&beside(s, &base.hypothesis), effect);
-            (*candidate, chain::begin(&short, h))
+            let begun = self.beginnings(s, &base.hypothesis).into_iter();
+            let fits = begun.map(|h| chain::begin(&short, h));
+            let misfit = |f: &Result<Fit, _>| f.as_ref().map_or(f64::INFINITY, Fit::misfit);
+            let best = fits.min_by(|a, b| misfit(a).total_cmp(&misfit(b)));
+            (s.term.candidate, best.expect("a fit begins somewhere"))
         });
         let mut tried = self.told(begun.collect());
         self.keep_likely(&mut tried, &short);
         let grown = tried.into_par_iter().map(|t| (t.candidate, chain::grow(base, &short, t.fit)));
         self.told(grown.collect())
+    }
+
+    /// Where a fit of a further effect begins: beside the parameters as they are fitted without it, and in a search
+    /// afresh, where these have taken its place as far as they could, beside those that the screening says and those
+    /// that the model was given with.
+    fn beginnings(&self, s: &Scored, base: &Hypothesis) -> Vec<Hypothesis> {
+        let Term { candidate, shape } = &s.term;
+        let effect = || effect_of(candidate, &s.amplitudes, shape);
+        let fitted = self.with(&beside(s, base), effect());
+        if !self.afresh {
+            return vec![fitted];
+        }
+        let (mut screened, mut given) = (base.clone(), base.clone());
+        screened.set(&s.theta);
+        given.parameters = self.problem.model.values();
+        vec![fitted, self.with(&screened, effect()), self.with(&given, effect())]
     }
 
     /// The fits that succeeded; of the others it is told why.
@@ -446,6 +464,11 @@ fn acts_on(model: &Model, e: &ModelEffect, channel: usize) -> bool {
         Law::Structure(_) => model.joints_under(e.effect.acts, e.channel).contains(&channel),
         Law::Input(_) | Law::Sensor(_) => false,
     }
+}
+
+/// Whether the formula of an effect need not be quite right: a constant's is.
+fn leaves_remainder(e: &ModelEffect) -> bool {
+    !e.effect.depends_on.is_empty()
 }
 
 /// Whether what a candidate says could be the remainder of a law: it acts on the same channel by the same

@@ -24,6 +24,7 @@
 //! 7. A free curve over one variable that beats all that the catalogue offers is an unknown
 //!    function, unless one or two laws together follow it as well.
 
+mod afresh;
 mod apart;
 mod barred;
 pub mod chain;
@@ -31,6 +32,7 @@ mod driven;
 mod folds;
 mod forward;
 mod prune;
+mod rather;
 mod remainder;
 mod spell;
 mod together;
@@ -118,6 +120,8 @@ pub struct Search<'p> {
     scope: &'p Scope,
     /// Level of the first windows.
     level: u32,
+    /// Whether it looks along the measured motion, and begins fits in several places.
+    afresh: bool,
     watch: &'p Watch<'p>,
 }
 
@@ -126,6 +130,15 @@ pub struct Search<'p> {
 struct Path<'p> {
     fit: Fit<'p>,
     named: Vec<Named>,
+}
+
+/// A first effect, if there is one.
+struct First<'p> {
+    /// Without it, in the windows in which it was looked for.
+    from: Path<'p>,
+    /// What the screening said there.
+    look: Look,
+    path: Path<'p>,
 }
 
 /// A fit that several steps of a search ask for, if there is one: made when it is first asked for.
@@ -162,7 +175,7 @@ impl<'p> Search<'p> {
         });
         let (candidates, excluded) = all.into_iter().partition(|c| scope.admits(model, c));
         let level = first_level(problem.dataset);
-        Self { problem, decision, candidates, excluded, scope, level, watch }
+        Self { problem, decision, candidates, excluded, scope, level, afresh: false, watch }
     }
 
     /// Search, and fit what is found.
@@ -181,6 +194,7 @@ impl<'p> Search<'p> {
     pub fn run_in(&self, part: &Search, learn_remainder: bool) -> Result<Found<'p>, DiagnoseError> {
         let Searched { path, promise, undriven, coloured, .. } = part.search()?;
         self.watch.tell("fitting all recordings");
+        let in_part = path.fit.excess();
         let (calibrated, floor) = self.calibrated()?;
         let fit = if path.named.is_empty() {
             calibrated.clone()
@@ -190,8 +204,23 @@ impl<'p> Search<'p> {
         };
         // What showed in the part need not show in all of them.
         let path = self.simplified(Path { fit, named: path.named });
+        let path = self.beyond_part(&calibrated, path, in_part);
         let searched = Searched { calibrated, path, floor, undriven, promise, coloured };
         self.conclude(searched, learn_remainder)
+    }
+
+    /// A path from a part of the recordings, and what shows in all of them alone: looked for where most of the
+    /// mismatch that the path leaves is not that of the part.
+    fn beyond_part(&self, calibrated: &Fit<'p>, path: Path<'p>, in_part: f64) -> Path<'p> {
+        let left = path.fit.excess();
+        let nothing = path.named.is_empty() || path.fit.reduced() < self.decision.explained;
+        if nothing || in_part > (1.0 - self.decision.further_share) * left {
+            return path;
+        }
+        let named = path.named.len();
+        let path = self.forward(path, None, MOST_EFFECTS);
+        // What was pruned in the part stays as it is.
+        if path.named.len() > named { self.prune(calibrated, path) } else { path }
     }
 
     /// The effects that folds do not speak against.
@@ -248,15 +277,23 @@ impl<'p> Search<'p> {
         }
         let look = self.look(&calibrated);
         let promise = look.promise * calibrated.inflation() / calibrated.temperature();
-        let (calibrated, look, first) = self.first(calibrated, look, driven);
+        let begun = Path { fit: calibrated.clone(), named: vec![] };
+        let First { from, look, path: first } = self.first(begun, look, driven);
+        let given = calibrated;
+        let calibrated = from.fit;
         let curve = Once::new();
         let (mut path, is_curve) = self.curve_at_once(&calibrated, (&look, &curve), first);
-        if !is_curve && !path.named.is_empty() {
-            path = self.unbarred(self.forward(path, None, MOST_EFFECTS));
-            path = self.unknown(&calibrated, (&look, &curve), path);
+        if !is_curve {
+            if !path.named.is_empty() {
+                path = self.unbarred(self.forward(path, None, MOST_EFFECTS));
+            }
+            path = self.begun_afresh(&given, path, driven);
+            if !path.named.is_empty() {
+                path = self.unknown(&calibrated, (&look, &curve), path);
+            }
         }
         self.watch.tell("leaving recordings out");
-        let path = self.select(&calibrated, self.prune(&calibrated, path));
+        let path = self.force_rather(self.select(&calibrated, self.prune(&calibrated, path)));
         let undriven = calibrated.reduced();
         Searched { calibrated, path, floor, undriven, promise, coloured: false }
     }
@@ -279,6 +316,7 @@ impl<'p> Search<'p> {
         let chosen = chain::polish(path.fit);
         // The beginnings of recordings are known no better than their noise.
         let chosen = if coloured { chosen } else { self.best_length(chosen) };
+        let chosen = chosen.in_finer_steps().unwrap_or(chosen);
         let again = self.watch.necessarily(|| self.like(&chosen, &calibrated));
         let again = again.ok_or_else(|| self.diverges())?;
         let nominal = self.as_given(&again, path.named.is_empty())?;
@@ -326,37 +364,33 @@ impl<'p> Search<'p> {
         }
     }
 
-    /// The first effect, or none. A mismatch that short windows cannot name is looked for in
-    /// longer ones, however badly the model follows them: free states, above all those that
-    /// nothing measures, take up in a short window what varies slowly.
-    fn first(
-        &self,
-        mut base: Fit<'p>,
-        mut look: Look,
-        driven: &Once<'p>,
-    ) -> (Fit<'p>, Look, Path<'p>) {
-        let begin = |base: &Fit<'p>| Path { fit: base.clone(), named: vec![] };
-        let mut path = self.forward(begin(&base), Some(look.clone()), 1);
-        if !path.named.is_empty()
-            || base.reduced() < self.decision.explained
-            || self.is_driven(&base, driven)
+    /// The first effect beside what is named, or none. A mismatch that short windows cannot name is
+    /// looked for in longer ones, however badly the model follows them: free states, above all those
+    /// that nothing measures, take up in a short window what varies slowly.
+    fn first(&self, from: Path<'p>, look: Look, driven: &Once<'p>) -> First<'p> {
+        let one = from.named.len() + 1;
+        let path = self.forward(from.clone(), Some(look.clone()), one);
+        let mut first = First { from, look, path };
+        if first.path.named.len() == one
+            || first.from.fit.reduced() < self.decision.explained
+            || self.is_driven(&first.from.fit, driven)
         {
-            return (base, look, path);
+            return first;
         }
-        let mut longer = base.clone();
-        while longer.windowed.level > 0 {
-            let level = longer.windowed.level - 1;
-            let Ok(next) = longer.at_level(level, FULL) else { break };
-            self.tell("in longer windows", &next);
-            longer = next;
-            let seen = self.look(&longer);
-            let found = self.forward(begin(&longer), Some(seen.clone()), 1);
-            let gain = |p: &Path| p.named.first().map_or(0.0, |n| n.gain);
-            if gain(&found) > gain(&path) {
-                (base, look, path) = (longer.clone(), seen, found);
+        let mut longer = first.from.clone();
+        while longer.fit.windowed.level > 0 {
+            let level = longer.fit.windowed.level - 1;
+            let Ok(fit) = longer.fit.at_level(level, FULL) else { break };
+            longer.fit = fit;
+            self.tell("in longer windows", &longer.fit);
+            let look = self.look(&longer.fit);
+            let path = self.forward(longer.clone(), Some(look.clone()), one);
+            let gain = |p: &Path| p.named.get(one - 1).map_or(0.0, |n| n.gain);
+            if gain(&path) > gain(&first.path) {
+                first = First { from: longer.clone(), look, path };
             }
         }
-        (base, look, path)
+        first
     }
 
     /// Why there is no fit: nobody waits for it, or the model diverges.

@@ -272,3 +272,24 @@ fn evidence_is_the_integral_over_the_prior() {
         assert!((found - expected).abs() < 0.05, "{class}: {found} nats, by quadrature {expected}");
     }
 }
+
+/// The mismatch of each recording is its own, and all together are that of the fit.
+#[test]
+fn mismatch_by_recording_adds_up() {
+    let bench = ON_PENDULUM;
+    let heavier =
+        Bench { text: Box::leak(bench.text.replace("value = 0.4", "value = 0.5").into()), ..bench };
+    let mut recordings = bench.record(&bench.model(), 79, 3);
+    recordings[1] = heavier.record(&heavier.model(), 79, 2).remove(1);
+    let model = bench.model();
+    let data = Dataset::new(&model, &recordings).expect("the recordings fit");
+    let problem = Problem::new(&model, &data).expect("it is one");
+    let held = Hypothesis::of(&model).held();
+    let fit = Fit::begin(&problem, held, 3).expect("it follows");
+    let by_recording = fit.excess_by_recording();
+    let [first, other, third] = by_recording[..] else { panic!("{by_recording:?}") };
+    // All are of one length.
+    let mean = by_recording.iter().sum::<f64>() / 3.0;
+    assert!((mean / fit.excess() - 1.0).abs() < 1e-9, "{mean} {}", fit.excess());
+    assert!(other > 10.0 * first.max(third).max(0.1), "{by_recording:?}");
+}

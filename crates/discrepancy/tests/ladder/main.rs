@@ -1,5 +1,6 @@
 //! The ladder on recordings whose truth is known, because they are simulated here.
 
+mod afresh;
 mod beyond;
 mod driven;
 mod errors;

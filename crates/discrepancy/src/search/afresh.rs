@@ -1,0 +1,97 @@
+//! The search begun afresh. Parameters take the place of what is missing as far as they can, and a constant force
+//! that is missing too puts every path off by more than any law changes: what is then found, or not, may hang on
+//! where the search began. Where it leaves much, it is begun again: beside a constant force, which need not be
+//! missed itself, with forces along the measured motion and not along that of a model far from it, and with fits that
+//! begin in several places.
+
+use super::forward::settles;
+use super::{First, MOST_EFFECTS, Named, Once, Path, Search, effect_of};
+use crate::candidates::Candidate;
+use crate::likelihood::{FULL, Fit, QUICK};
+use lacuna_effects::{Acts, Law};
+
+impl<'p> Search<'p> {
+    /// A path, or one that is found afresh, where the path leaves more than noise, no small share of the mismatch, and
+    /// that one takes most of it away.
+    pub(super) fn begun_afresh(
+        &self,
+        calibrated: &Fit<'p>,
+        mut path: Path<'p>,
+        driven: &Once<'p>,
+    ) -> Path<'p> {
+        let search = self.afresh();
+        let constants = self.candidates.iter().filter(|c| is_constant(c)).map(Some);
+        for constant in constants.chain([None]) {
+            if self.says_it(calibrated, &path) || self.watch.is_late() {
+                break;
+            }
+            let found = search.begun_with(constant, calibrated, driven);
+            if let Some(found) = found.filter(|found| self.leads(found, &path)) {
+                path = found;
+            }
+        }
+        path
+    }
+
+    /// The same search, which looks along the measured motion and begins its fits in several places.
+    fn afresh(&self) -> Self {
+        let Self { problem, decision, scope, level, watch, .. } = *self;
+        let (candidates, excluded) = (self.candidates.clone(), self.excluded.clone());
+        Self { problem, decision, candidates, excluded, scope, level, afresh: true, watch }
+    }
+
+    /// Whether a path says all of the mismatch but a small share of it. An offset of a sensor is what a constant force
+    /// passes for.
+    fn says_it(&self, calibrated: &Fit<'p>, path: &Path<'p>) -> bool {
+        if path.fit.reduced() < self.decision.explained {
+            return true;
+        }
+        if path.fit.hypothesis.supposed().iter().all(|e| e.effect.acts == Acts::Sensors) {
+            return false;
+        }
+        let without = calibrated.at_level(path.fit.windowed.level, QUICK);
+        without.is_ok_and(|fit| path.fit.excess() < self.decision.share * fit.excess())
+    }
+
+    /// What is found beside a constant force, or beside nothing.
+    fn begun_with(
+        &self,
+        constant: Option<&Candidate>,
+        calibrated: &Fit<'p>,
+        driven: &Once<'p>,
+    ) -> Option<Path<'p>> {
+        let begun = match constant {
+            Some(constant) => {
+                let h = self.with(&calibrated.hypothesis, effect_of(constant, &[0.0], &[]));
+                let fit = calibrated.refit(h, FULL).ok()?;
+                let named = vec![Named { gain: fit.gain_over(calibrated), rivals: vec![] }];
+                Path { fit, named }
+            }
+            None => Path { fit: calibrated.clone(), named: vec![] },
+        };
+        self.tell("begun afresh", &begun.fit);
+        let (least, look) = (begun.named.len() + 1, self.look(&begun.fit));
+        let First { path, .. } = self.first(begun, look, driven);
+        (path.named.len() >= least).then(|| self.forward(path, None, MOST_EFFECTS))
+    }
+
+    /// Whether a path takes away most of what another leaves, in the longer windows of the two, and is worth what it
+    /// has more.
+    fn leads(&self, found: &Path<'p>, path: &Path<'p>) -> bool {
+        let level = found.fit.windowed.level.min(path.fit.windowed.level);
+        let (Ok(with), Ok(without)) =
+            (found.fit.at_level(level, QUICK), path.fit.at_level(level, QUICK))
+        else {
+            return false;
+        };
+        let more = found.named.len().saturating_sub(path.named.len()) as f64;
+        let least = (more * self.decision.prior_odds).max(self.decision.tie);
+        settles(&self.decision, (&without, &with), self.decision.further_share, 0.0)
+            && with.gain_over(&without) > least
+    }
+}
+
+/// Whether a candidate is a force that depends on nothing.
+pub(super) fn is_constant(c: &Candidate) -> bool {
+    matches!(c.effect.law, Law::Force(_)) && c.other.is_none() && c.effect.depends_on.is_empty()
+}
