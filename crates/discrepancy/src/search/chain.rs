@@ -101,11 +101,12 @@ impl Search<'_> {
     /// differently, and so do windows whose states are free and windows that begin where the
     /// recordings are; the parameters are kept that run best through whole training recordings.
     pub(super) fn best_length<'p>(&self, fit: Fit<'p>) -> Fit<'p> {
-        if fit.reduced() < self.decision.explained || !fit.problem.hidden().is_empty() {
+        if fit.reduced() < self.decision.explained || self.watch.skips(untried::LENGTHS) {
             return fit;
         }
-        if self.watch.skips(untried::LENGTHS) {
-            return fit;
+        // Where a hidden state is at the beginning of a window must be fitted, in the longest ones of all.
+        if !fit.problem.hidden().is_empty() {
+            return fit.at_level(0, FULL).map_or(fit, polish);
         }
         let whole = |f: &Fit| f.anchored(0).map_or(f64::INFINITY, |run| run.chi2);
         let mut best = (whole(&fit), None);

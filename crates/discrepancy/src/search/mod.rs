@@ -13,7 +13,8 @@
 //! 3. The same again with it, as long as a further effect says more than a force of the channel's own
 //!    motion without a formula ([`Screen::remainder`](crate::screen::Screen::remainder)): no law is
 //!    exactly reality's. Where that leaves more than noise, a rival of the last effect that bars less from
-//!    standing beside it begins anew (`barred`).
+//!    standing beside it begins anew (`barred`). Where it leaves much, the search is begun afresh, beside a
+//!    constant force and along the measured motion (`afresh`).
 //! 4. Each effect must be missed when it is taken away, and must beat what else could stand in
 //!    its place.
 //! 5. Folds of the recordings that are left out must not speak against it, nor against what it

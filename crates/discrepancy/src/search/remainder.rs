@@ -27,10 +27,13 @@ impl<'p> Search<'p> {
             let effect = effect_of(&next.term.candidate, &next.amplitudes, &next.term.shape);
             let h = self.with(&fit.hypothesis, effect);
             drop(screen);
-            match fit.refit(h, crate::likelihood::QUICK) {
-                Ok(better) => fit = chain::polish(better),
-                Err(_) => break,
+            let Ok(learned) = fit.refit(h, crate::likelihood::QUICK) else { break };
+            let learned = chain::polish(learned);
+            // The screening is linear: what it promises must come true.
+            if learned.gain_over(&fit) < self.decision.prior_odds {
+                break;
             }
+            fit = learned;
         }
         fit
     }
