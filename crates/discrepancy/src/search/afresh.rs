@@ -5,32 +5,40 @@
 //! begin in several places.
 
 use super::forward::settles;
-use super::{First, MOST_EFFECTS, Named, Once, Path, Search, effect_of};
+use super::{First, MOST_EFFECTS, Named, Once, Path, Search, Searched, candidate_of, effect_of};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, QUICK};
 use lacuna_effects::{Acts, Law};
 
 impl<'p> Search<'p> {
-    /// A path, or one that is found afresh, where the path leaves more than noise, no small share of the mismatch, and
-    /// that one takes most of it away.
+    /// A search by free runs, or one begun afresh, where the first leaves more than noise, no small share of the
+    /// mismatch, and the other takes most of it away.
     pub(super) fn begun_afresh(
         &self,
         calibrated: &Fit<'p>,
-        mut path: Path<'p>,
+        mut free: Searched<'p>,
         driven: &Once<'p>,
-    ) -> Path<'p> {
+    ) -> Searched<'p> {
+        // Of a robot the measured motion has been asked already (`together`); and where noise that drives the machine
+        // says all that was not named, nothing hides.
+        let nothing = free.path.named.is_empty() && self.is_driven(calibrated, driven);
+        if nothing || self.problem.is_robot() {
+            return free;
+        }
         let search = self.afresh();
         let constants = self.candidates.iter().filter(|c| is_constant(c)).map(Some);
         for constant in constants.chain([None]) {
-            if self.says_it(calibrated, &path) || self.watch.is_late() {
+            if self.says_it(calibrated, &free.path) || self.watch.is_late() {
                 break;
             }
             let found = search.begun_with(constant, calibrated, driven);
-            if let Some(found) = found.filter(|found| self.leads(found, &path)) {
-                path = found;
+            let Some(found) = found.filter(|found| self.leads(found, &free.path)) else { continue };
+            let path = self.selected(calibrated, found);
+            if self.leads(&path, &free.path) {
+                free.path = path;
             }
         }
-        path
+        free
     }
 
     /// The same search, which looks along the measured motion and begins its fits in several places.
@@ -40,13 +48,14 @@ impl<'p> Search<'p> {
         Self { problem, decision, candidates, excluded, scope, level, afresh: true, watch }
     }
 
-    /// Whether a path says all of the mismatch but a small share of it. An offset of a sensor is what a constant force
-    /// passes for.
+    /// Whether a path says all of the mismatch but a small share of it. A constant force, and an offset of a sensor that
+    /// passes for one, may say most of it, and hide all else.
     fn says_it(&self, calibrated: &Fit<'p>, path: &Path<'p>) -> bool {
         if path.fit.reduced() < self.decision.explained {
             return true;
         }
-        if path.fit.hypothesis.supposed().iter().all(|e| e.effect.acts == Acts::Sensors) {
+        let hides = |c: Candidate| c.effect.acts == Acts::Sensors || is_constant(&c);
+        if path.fit.hypothesis.supposed().iter().map(candidate_of).all(hides) {
             return false;
         }
         let without = calibrated.at_level(path.fit.windowed.level, QUICK);

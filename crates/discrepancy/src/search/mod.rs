@@ -13,15 +13,15 @@
 //! 3. The same again with it, as long as a further effect says more than a force of the channel's own
 //!    motion without a formula ([`Screen::remainder`](crate::screen::Screen::remainder)): no law is
 //!    exactly reality's. Where that leaves more than noise, a rival of the last effect that bars less from
-//!    standing beside it begins anew (`barred`). Where it leaves much, the search is begun afresh, beside a
-//!    constant force and along the measured motion (`afresh`).
+//!    standing beside it begins anew (`barred`).
 //! 4. Each effect must be missed when it is taken away, and must beat what else could stand in
 //!    its place.
 //! 5. Folds of the recordings that are left out must not speak against it, nor against what it
 //!    says beyond a simpler law, which must be no draw (`folds`). Recordings that are held out for
 //!    proof are not known here.
 //! 6. Where more than noise is left, all this once more beside noise that drives the machine, whose
-//!    intensities are found again with each effect; what predicts better stays (`driven`).
+//!    intensities are found again with each effect; what predicts better stays (`driven`). Where that is no
+//!    answer either, the search is begun afresh, beside a constant force and along the measured motion (`afresh`).
 //! 7. A free curve over one variable that beats all that the catalogue offers is an unknown
 //!    function, unless one or two laws together follow it as well.
 
@@ -256,6 +256,11 @@ impl<'p> Search<'p> {
         if self.watch.skips(untried::DRIVEN) {
             return Ok(free);
         }
+        let is_exact = |s: &Searched| s.path.fit.noise.is_none() && !s.path.named.is_empty();
+        let free = match driven.as_ref().is_some_and(is_exact) {
+            true => free,
+            false => self.begun_afresh(&calibrated, free, &beside_noise),
+        };
         Ok(match driven {
             Some(driven) => self.likelier(free, driven),
             None => free,
@@ -278,25 +283,24 @@ impl<'p> Search<'p> {
         }
         let look = self.look(&calibrated);
         let promise = look.promise * calibrated.inflation() / calibrated.temperature();
-        let begun = Path { fit: calibrated.clone(), named: vec![] };
+        let begun = Path { fit: calibrated, named: vec![] };
         let First { from, look, path: first } = self.first(begun, look, driven);
-        let given = calibrated;
         let calibrated = from.fit;
         let curve = Once::new();
         let (mut path, is_curve) = self.curve_at_once(&calibrated, (&look, &curve), first);
-        if !is_curve {
-            if !path.named.is_empty() {
-                path = self.unbarred(self.forward(path, None, MOST_EFFECTS));
-            }
-            path = self.begun_afresh(&given, path, driven);
-            if !path.named.is_empty() {
-                path = self.unknown(&calibrated, (&look, &curve), path);
-            }
+        if !is_curve && !path.named.is_empty() {
+            path = self.unbarred(self.forward(path, None, MOST_EFFECTS));
+            path = self.unknown(&calibrated, (&look, &curve), path);
         }
-        self.watch.tell("leaving recordings out");
-        let path = self.force_rather(self.select(&calibrated, self.prune(&calibrated, path)));
+        let path = self.selected(&calibrated, path);
         let undriven = calibrated.reduced();
         Searched { calibrated, path, floor, undriven, promise, coloured: false }
+    }
+
+    /// The effects of a path that are missed and that folds do not speak against.
+    fn selected(&self, calibrated: &Fit<'p>, path: Path<'p>) -> Path<'p> {
+        self.watch.tell("leaving recordings out");
+        self.force_rather(self.select(calibrated, self.prune(calibrated, path)))
     }
 
     /// A search that ended before it began: all that is not noise may be missing.
