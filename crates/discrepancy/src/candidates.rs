@@ -113,6 +113,12 @@ impl Candidate {
         self == other || (self.channel == other.channel && self.effect.is_kin_of(other.effect))
     }
 
+    /// Whether it is a force that depends on nothing.
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
+        matches!(self.effect.law, Law::Force(_)) && self.effect.depends_on.is_empty()
+    }
+
     /// Whether it is a force of the channel's own motion that depends on these variables alone, and remembers
     /// nothing.
     #[must_use]

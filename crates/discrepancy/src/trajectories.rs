@@ -101,20 +101,18 @@ impl SmoothedRecording {
         }
     }
 
-    /// The same recording along a motion of a system, row-major with rows of its whole state, and
-    /// with these effective inputs.
+    /// The same recording along a motion of a system, row-major with rows of its whole state.
     #[must_use]
-    pub fn along(&self, system: &System, path: &[f64], inputs: Vec<f64>) -> Self {
-        let (n, m) = (self.coordinates, system.inputs());
-        let mut along = Self { inputs, ..self.clone() };
+    pub fn along(mut self, system: &System, path: &[f64]) -> Self {
+        let (n, m, width) = (self.coordinates, system.inputs(), self.width);
         let mut derivative = vec![0.0; system.width()];
         for (k, x) in path.chunks_exact(system.width()).enumerate() {
-            along.states[k * self.width..(k + 1) * self.width].copy_from_slice(&x[..self.width]);
-            let u = &along.inputs[k * m..(k + 1) * m];
+            self.states[k * width..(k + 1) * width].copy_from_slice(&x[..width]);
+            let u = &self.inputs[k * m..(k + 1) * m];
             system.derivative(self.times[k], x, u, &mut derivative);
-            along.accelerations[k * n..(k + 1) * n].copy_from_slice(&derivative[n..2 * n]);
+            self.accelerations[k * n..(k + 1) * n].copy_from_slice(&derivative[n..2 * n]);
         }
-        along
+        self
     }
 
     /// The same motion with these effective inputs.

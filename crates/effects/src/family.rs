@@ -23,6 +23,15 @@ pub struct Kin {
     pub begun: fn(&[f64], &Scales) -> Vec<Vec<f64>>,
 }
 
+impl Kin {
+    /// A law whose own parameters are the numbers that its family shares.
+    #[must_use]
+    pub(crate) const fn of(family: &'static Family) -> Self {
+        let begun: fn(&[f64], &Scales) -> Vec<Vec<f64>> = |shared, _| vec![shared.to_vec()];
+        Self { family, shared: |physical, _| physical.to_vec(), begun }
+    }
+}
+
 impl Effect {
     /// Whether another effect is a variant of the same kind of physics, or the same.
     #[must_use]

@@ -21,15 +21,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&Overflow),
     priors,
     shapes,
-    nature: Nature {
-        kin: Some(Kin {
-            family: &FAMILY,
-            shared: |p, _| p.to_vec(),
-            begun: |shared, _| vec![shared.to_vec()],
-        }),
-        edge: true,
-        ..Nature::PLAIN
-    },
+    nature: Nature { kin: Some(Kin::of(&FAMILY)), edge: true, ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

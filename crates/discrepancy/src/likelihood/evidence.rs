@@ -41,13 +41,13 @@ impl Fit<'_> {
     pub fn excess_by_recording(&self) -> Vec<f64> {
         let mut residuals = self.residuals.iter();
         let of = |(r, windows): (usize, &Vec<_>)| {
-            let own: Vec<f64> = residuals.by_ref().take(windows.len()).flatten().copied().collect();
-            let chi2: f64 = own.iter().map(|e| e * e).sum();
-            let quiet = match self.filters.get(r).filter(|_| self.noise.is_some()) {
-                Some(filters) => filters.iter().map(|f| f.quiet).sum(),
-                None => own.len() as f64,
+            let own = residuals.by_ref().take(windows.len()).flatten();
+            let (chi2, count) = own.fold((0.0, 0.0), |(sum, n), e| (sum + e * e, n + 1.0));
+            let quiet = match self.noise {
+                Some(_) => self.filters[r].iter().map(|f| f.quiet).sum(),
+                None => count,
             };
-            (chi2 - quiet) / own.len().max(1) as f64
+            (chi2 - quiet) / f64::max(count, 1.0)
         };
         self.windowed.windows.iter().enumerate().map(of).collect()
     }

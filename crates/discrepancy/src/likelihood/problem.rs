@@ -190,8 +190,7 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn motion(&self, h: &Hypothesis, r: usize, path: &[f64]) -> SmoothedRecording {
         let system = System::with(self.model, &h.parameters, &h.effects);
-        let inputs = self.effective_inputs(&h.effects, &self.dataset.recordings[r]);
-        self.smoothed[r].along(&system, path, inputs.into_owned())
+        self.measured_motion(h, r).along(&system, path)
     }
 
     /// The measured motion of a recording, its inputs as the actuators of a hypothesis apply them.
@@ -243,9 +242,8 @@ impl<'a> Problem<'a> {
         effects: &[ModelEffect],
         corrected: bool,
     ) -> Option<usize> {
-        let within = |limits| self.steps_within(parameters, effects, corrected, limits);
-        let astray = within((1.0, MOST)).error_over_noise > 1.0;
-        astray.then(|| within((1.0, FINEST)).steps_a_sample)
+        let needed = self.steps_within(parameters, effects, corrected, (1.0, FINEST));
+        Some(needed.steps_a_sample).filter(|steps| *steps > MOST)
     }
 
     fn steps_within(

@@ -8,7 +8,7 @@ use super::forward::settles;
 use super::{First, MOST_EFFECTS, Named, Once, Path, Search, Searched, candidate_of, effect_of};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, QUICK};
-use lacuna_effects::{Acts, Law};
+use lacuna_effects::Acts;
 
 impl<'p> Search<'p> {
     /// A search by free runs, or one begun afresh, where the first leaves more than noise, no small share of the
@@ -22,13 +22,13 @@ impl<'p> Search<'p> {
         // Of a robot the measured motion has been asked already (`together`); and where noise that drives the machine
         // says all that was not named, nothing hides.
         let nothing = free.path.named.is_empty() && self.is_driven(calibrated, driven);
-        if nothing || self.problem.is_robot() {
+        if nothing || self.problem.is_robot() || self.says_it(calibrated, &free.path) {
             return free;
         }
-        let search = self.afresh();
-        let constants = self.candidates.iter().filter(|c| is_constant(c)).map(Some);
+        let search = Self { afresh: true, ..self.clone() };
+        let constants = self.candidates.iter().filter(|c| c.is_constant()).map(Some);
         for constant in constants.chain([None]) {
-            if self.says_it(calibrated, &free.path) || self.watch.is_late() {
+            if self.watch.is_late() {
                 break;
             }
             let found = search.begun_with(constant, calibrated, driven);
@@ -36,16 +36,12 @@ impl<'p> Search<'p> {
             let path = self.selected(calibrated, found);
             if self.leads(&path, &free.path) {
                 free.path = path;
+                if self.says_it(calibrated, &free.path) {
+                    break;
+                }
             }
         }
         free
-    }
-
-    /// The same search, which looks along the measured motion and begins its fits in several places.
-    fn afresh(&self) -> Self {
-        let Self { problem, decision, scope, level, watch, .. } = *self;
-        let (candidates, excluded) = (self.candidates.clone(), self.excluded.clone());
-        Self { problem, decision, candidates, excluded, scope, level, afresh: true, watch }
     }
 
     /// Whether a path says all of the mismatch but a small share of it. A constant force, and an offset of a sensor that
@@ -54,7 +50,7 @@ impl<'p> Search<'p> {
         if path.fit.reduced() < self.decision.explained {
             return true;
         }
-        let hides = |c: Candidate| c.effect.acts == Acts::Sensors || is_constant(&c);
+        let hides = |c: Candidate| c.effect.acts == Acts::Sensors || c.is_constant();
         if path.fit.hypothesis.supposed().iter().map(candidate_of).all(hides) {
             return false;
         }
@@ -98,9 +94,4 @@ impl<'p> Search<'p> {
         settles(&self.decision, (&without, &with), self.decision.further_share, 0.0)
             && with.gain_over(&without) > least
     }
-}
-
-/// Whether a candidate is a force that depends on nothing.
-pub(super) fn is_constant(c: &Candidate) -> bool {
-    matches!(c.effect.law, Law::Force(_)) && c.other.is_none() && c.effect.depends_on.is_empty()
 }

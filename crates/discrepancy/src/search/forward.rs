@@ -468,7 +468,7 @@ fn acts_on(model: &Model, e: &ModelEffect, channel: usize) -> bool {
 
 /// Whether the formula of an effect need not be quite right: a constant's is.
 fn leaves_remainder(e: &ModelEffect) -> bool {
-    !e.effect.depends_on.is_empty()
+    !candidate_of(e).is_constant()
 }
 
 /// Whether what a candidate says could be the remainder of a law: it acts on the same channel by the same

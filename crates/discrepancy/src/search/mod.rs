@@ -111,6 +111,7 @@ pub struct Rival {
 }
 
 /// A search under way.
+#[derive(Clone)]
 pub struct Search<'p> {
     problem: &'p Problem<'p>,
     decision: Decision,

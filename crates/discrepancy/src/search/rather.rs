@@ -1,7 +1,6 @@
 //! A force rather than a sensor. A servo that droops under a constant load and one whose sensor has an offset are the
 //! same recordings: where both say as much, the force is named, and the sensor is its rival.
 
-use super::afresh::is_constant;
 use super::{Path, Rival, Search, candidate_of, effect_of};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, QUICK, STILL, What};
@@ -13,6 +12,9 @@ impl<'p> Search<'p> {
         for k in (0..path.named.len()).rev() {
             let sensor = candidate_of(&path.fit.hypothesis.supposed()[k]);
             let Some(force) = self.constant_on(&sensor) else { continue };
+            if path.fit.hypothesis.supposed().iter().any(|e| candidate_of(e) == force) {
+                continue;
+            }
             let Some(fit) = self.taken_over(&path.fit, k, &force) else { continue };
             // Equals are told apart by no prior's width.
             let likelihood = |fit: &Fit| -0.5 * (fit.chi2 + fit.width());
@@ -53,13 +55,13 @@ impl<'p> Search<'p> {
         fit.refit(fit.hypothesis.clone().without(k), FULL).ok()
     }
 
-    /// The constant force on what a sensor measures, if it may be named beside nothing of its kind.
+    /// The constant force on what a sensor measures, if it may be named.
     fn constant_on(&self, sensor: &Candidate) -> Option<Candidate> {
         if sensor.effect.acts != Acts::Sensors {
             return None;
         }
         let state = |c: &Candidate| self.problem.model.coordinate_index(c.channel);
         let mut all = self.candidates.iter();
-        all.find(|c| is_constant(c) && state(c) == sensor.channel).copied()
+        all.find(|c| c.is_constant() && state(c) == sensor.channel).copied()
     }
 }

@@ -1,55 +1,23 @@
 //! What is found where the search begins afresh: parameters and a constant force hide it from where it began.
 
-use crate::machines::{Bench, diagnosed};
+use crate::machines::{ON_SERVO, diagnosed};
 use lacuna_discrepancy::diagnosis::Verdict;
 use lacuna_plants::Model;
-
-/// A servo of a position, with the values of its data sheet: it droops and it sticks.
-const SERVO: &str = r#"
-name = "servo"
-[parameters]
-J = { value = 0.03, unit = "kg m^2", tolerance = 0.3 }
-kp = { value = 17.8, unit = "N m/rad", tolerance = 0.2 }
-d = { value = 0.6, unit = "N m s/rad", tolerance = 0.5 }
-[[input]]
-name = "qc"
-unit = "rad"
-[[coordinate]]
-name = "q"
-velocity = "dq"
-unit = "rad"
-[mechanics]
-mass = [["J"]]
-force = ["kp*(qc - q) - d*dq"]
-"#;
 
 const DROOP: f64 = 0.3;
 const FRICTION: f64 = 0.1;
 
-fn servo() -> Bench {
-    Bench {
-        text: SERVO,
-        samples: 700,
-        step: 0.02,
-        offset: 0.0,
-        amplitude: (0.02, 0.08),
-        frequency: (0.3, 6.0),
-        start: 0.03,
-        noise: 4e-4,
-    }
-}
-
 /// The parameters swallow the friction as far as they can, and what is left looks like an offset of the sensor.
 #[test]
 fn a_servo_that_droops_and_sticks() {
-    let text = SERVO.replace("17.8", "10").replace("value = 0.6", "value = 0.9");
+    let text = ON_SERVO.text.replace("17.8", "10").replace("value = 0.6", "value = 0.9");
     let truth = format!(
         "{text}\n[[effect]]\nclass = \"constant_force\"\nchannel = \"q\"\nforce = {DROOP}\n\
          [[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = {FRICTION}\n\
          smoothing_velocity = 0.002"
     );
     let truth = Model::from_text(&truth, "truth.toml").expect("the truth is right");
-    let bench = servo();
+    let bench = ON_SERVO;
     let d = diagnosed(&bench.model(), &bench.record(&truth, 401, 4)).diagnosis;
     assert_eq!(d.verdict, Verdict::MissingPhysics, "{:?}", d.notes);
     let of = |class: &str| d.findings.iter().find(|f| f.class == class);

@@ -1,4 +1,4 @@
-//! Three machines and what their sensors would record of them.
+//! Four machines and what their sensors would record of them.
 
 use lacuna_discrepancy::diagnose::{Options, Outcome, diagnose, split};
 use lacuna_discrepancy::{Dataset, Watch};
@@ -66,6 +66,25 @@ unit = "m"
 derivative = "a1*sqrt(max(h1, 0)) - a2*sqrt(max(h2, 0))"
 "#;
 
+/// A servo of a position, with the values of its data sheet.
+pub const SERVO: &str = r#"
+name = "servo"
+[parameters]
+J = { value = 0.03, unit = "kg m^2", tolerance = 0.3 }
+kp = { value = 17.8, unit = "N m/rad", tolerance = 0.2 }
+d = { value = 0.6, unit = "N m s/rad", tolerance = 0.5 }
+[[input]]
+name = "qc"
+unit = "rad"
+[[coordinate]]
+name = "q"
+velocity = "dq"
+unit = "rad"
+[mechanics]
+mass = [["J"]]
+force = ["kp*(qc - q) - d*dq"]
+"#;
+
 /// How a machine is driven and watched.
 #[derive(Clone, Copy)]
 pub struct Bench {
@@ -112,6 +131,17 @@ pub const ON_TANKS: Bench = Bench {
     frequency: (0.02, 0.3),
     start: 0.7,
     noise: 1e-3,
+};
+
+pub const ON_SERVO: Bench = Bench {
+    text: SERVO,
+    samples: 700,
+    step: 0.02,
+    amplitude: (0.02, 0.08),
+    frequency: (0.3, 6.0),
+    start: 0.03,
+    noise: 4e-4,
+    ..ON_PENDULUM
 };
 
 impl Bench {
