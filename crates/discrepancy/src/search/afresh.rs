@@ -5,7 +5,9 @@
 //! begin in several places.
 
 use super::forward::settles;
-use super::{First, MOST_EFFECTS, Named, Once, Path, Search, Searched, candidate_of, effect_of};
+use super::{
+    First, MOST_EFFECTS, Named, Once, Path, Search, Searched, candidate_of, effect_of, untried,
+};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, QUICK};
 use lacuna_effects::Acts;
@@ -28,7 +30,7 @@ impl<'p> Search<'p> {
         let search = Self { afresh: true, ..self.clone() };
         let constants = self.candidates.iter().filter(|c| c.is_constant()).map(Some);
         for constant in constants.chain([None]) {
-            if self.watch.is_late() {
+            if self.watch.skips(untried::AFRESH) {
                 break;
             }
             let found = search.begun_with(constant, calibrated, driven);

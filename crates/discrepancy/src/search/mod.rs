@@ -62,6 +62,7 @@ mod untried {
     pub const MISSED: &str = "whether each effect is missed when it is taken away";
     pub const FOLDS: &str = "what recordings say that are left out in turn";
     pub const DRIVEN: &str = "noise on the inputs and random forces";
+    pub const AFRESH: &str = "a search that begins elsewhere";
     pub const REMAINDER: &str = "what is left, as learned curves";
 }
 
