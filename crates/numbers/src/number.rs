@@ -15,6 +15,11 @@ pub trait Linear: Copy + Add<Output = Self> + Mul<f64, Output = Self> {
     fn same(self) -> Self {
         self
     }
+
+    /// Said in a loop over numbers: each is a vector by itself, if it has lanes. Compilers otherwise put the same lane
+    /// of neighbours into one vector, which they gather and scatter number by number.
+    #[inline(always)]
+    fn by_itself() {}
 }
 
 /// Copy numbers to where as many are, one by one.

@@ -212,6 +212,7 @@ impl<T: Number> StepInput<'_, T> {
             Self::Line(here, next) => {
                 let share = part.0 as f64 / part.1 as f64;
                 for (u, (a, b)) in u.iter_mut().zip(here.iter().zip(next)) {
+                    T::by_itself();
                     *u = between_samples(*a, *b, share);
                 }
             }

@@ -66,7 +66,10 @@ impl<T: Entry> Covariance<T> {
         let mut seen = c.iter().enumerate().filter(|(_, c)| **c != 0.0);
         if let (Some((l, c)), None) = (seen.next(), seen.next()) {
             let row = &self.p[l * self.width..(l + 1) * self.width];
-            projected.iter_mut().zip(row).for_each(|(to, p)| *to = *p * *c);
+            for (to, p) in projected.iter_mut().zip(row) {
+                T::by_itself();
+                *to = *p * *c;
+            }
             return projected[l] * *c;
         }
         for (row, p) in self.p.chunks_exact(self.width).zip(projected.iter_mut()) {
@@ -82,9 +85,15 @@ impl<T: Entry> Covariance<T> {
     pub(super) fn measure(&mut self, c: &[f64], r: T, gain: &mut [T]) -> (T, T) {
         let s = self.seen_by(c, gain) + r;
         let scale = s.inverse_root();
-        gain.iter_mut().for_each(|g| *g = *g * scale);
+        for g in gain.iter_mut() {
+            T::by_itself();
+            *g = *g * scale;
+        }
         for (row, a) in self.p.chunks_exact_mut(self.width).zip(&*gain) {
-            row.iter_mut().zip(&*gain).for_each(|(p, b)| *p = *p - *a * *b);
+            for (p, b) in row.iter_mut().zip(&*gain) {
+                T::by_itself();
+                *p = *p - *a * *b;
+            }
         }
         (s, scale)
     }

@@ -129,6 +129,7 @@ impl Filter {
                 z = z + *nu * *w;
             }
             for (x, g) in state.iter_mut().zip(gain) {
+                T::by_itself();
                 *x = *x + z * *g;
             }
         }

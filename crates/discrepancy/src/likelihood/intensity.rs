@@ -32,6 +32,8 @@ const LARGEST: f64 = 1e4;
 const SHOWN: f64 = 1.2;
 /// By which factor an intensity moves at most where another comes beside it.
 const REACH: f64 = 4.0;
+/// How near it sources are compared: the best are then told from the others, and sought once more in the end.
+const ROUGH: f64 = 1.1;
 /// How near the best of them the search ends: two sources that are the same then differ by less
 /// than a nat in thousands of samples.
 const NEAR: f64 = 1.005;
@@ -62,24 +64,17 @@ pub fn most_likely(
     used.extend(sources.iter().copied().filter(known));
     let mut best = if here.is_none() { begin } else { along.log_likelihood(&here) };
     for &source in used[stated..].iter().rev() {
-        (best, here) = along.refined(&here, along.scan(&here, source));
+        (best, here) = along.refined(&here, along.scan(&here, source), ROUGH);
     }
-    loop {
-        // What nothing drives has the noise that it shows.
-        let drives = |s: &Source| !here.is_none() || !matches!(s, Source::Output(_));
-        let left = sources.iter().copied().filter(|s| !used.contains(s) && drives(s));
-        // Inputs come first: a force that does no better than noise on one of them is that.
-        let better = |a: Tried, b: Tried| if b.0.0 > a.0.0 + worth { b } else { a };
-        let tried = along.best_of_any(&here, left.collect());
-        let Some(((gained, noise), source)) = tried.into_iter().reduce(better) else { break };
-        if gained < best + worth {
-            break;
-        }
+    let unused = sources.iter().copied().filter(|s| !used.contains(s));
+    let mut left: Vec<Left> = unused.map(|source| Left { source, hope: f64::INFINITY }).collect();
+    while let Some(((gained, noise), source)) = along.further(&here, (best, worth), &mut left) {
         (best, here) = (gained, noise);
         // Those before it have shared its work.
-        along.share_out(&used[stated..], &mut best, &mut here);
+        along.share_out(&used[stated..], (&mut best, &mut here), ROUGH);
         used.push(source);
     }
+    along.share_out(&used[stated..], (&mut best, &mut here), NEAR);
     along.exchange(&mut best, &mut here, worth);
     Ok((here, best - begin))
 }
@@ -116,7 +111,7 @@ fn residual(problem: &Problem, w: &Linearised, output: usize) -> coloured::Serie
     measured.map(|(at, t)| (*t, filter.innovations(at)[output])).collect()
 }
 
-/// The most likely intensity of a source beside others, and which.
+/// The most likely intensity of a source beside others: the log likelihood with all of them; and which it is.
 type Tried = ((f64, ProcessNoise), Source);
 
 /// A source of noise.
@@ -143,6 +138,12 @@ impl Source {
             Self::Output(o) => &mut noise.outputs[o],
         }
     }
+}
+
+/// A source that is not among those that drive, and the nats that it might gain beside them.
+struct Left {
+    source: Source,
+    hope: f64,
 }
 
 /// Intensities of a source that were tried.
@@ -176,12 +177,17 @@ impl<'a> Along<'a> {
     }
 
     /// The most likely intensities of some sources, one after the other from the last, each within a
-    /// factor of [`REACH`] of what it is.
-    fn share_out(&self, sources: &[Source], best: &mut f64, here: &mut ProcessNoise) {
+    /// factor of [`REACH`] of what it is, as near the best as `until`.
+    fn share_out(
+        &self,
+        sources: &[Source],
+        (best, here): (&mut f64, &mut ProcessNoise),
+        until: f64,
+    ) {
         for &source in sources.iter().rev() {
             let share = *source.of(here) / self.unit(source);
             let scan = Scan { source, best: (*best, share), step: REACH, hope: *best };
-            let (gained, noise) = self.refined(here, scan);
+            let (gained, noise) = self.refined(here, scan, until);
             if gained > *best {
                 (*best, *here) = (gained, noise);
             }
@@ -199,7 +205,7 @@ impl<'a> Along<'a> {
                 if model.inputs[j].noise.is_some() {
                     continue;
                 }
-                let (gained, noise) = self.refined(&others, self.scan(&others, Source::Input(j)));
+                let (gained, noise) = self.refined(&others, self.scan(&others, Source::Input(j)), NEAR);
                 if gained + worth > *best {
                     (*best, *here) = (gained, noise);
                     break;
@@ -208,23 +214,50 @@ impl<'a> Along<'a> {
         }
     }
 
-    /// The most likely intensity of each source beside the others, of those that may be the best.
-    fn best_of_any(&self, others: &ProcessNoise, sources: Vec<Source>) -> Vec<Tried> {
-        let scans: Vec<Scan> = sources.into_par_iter().map(|s| self.scan(others, s)).collect();
-        let top = scans.iter().map(|s| s.best.0).fold(f64::NEG_INFINITY, f64::max);
-        let hopeful: Vec<Scan> = scans.into_iter().filter(|s| s.hope >= top).collect();
-        hopeful.into_par_iter().map(|s| (self.refined(others, s), s.source)).collect()
+    /// The source that gains most beside others, with its most likely intensity; none where none gains `worth`
+    /// nats more than their `best`. Beside more noise a source hardly gains more than it did beside less: the most
+    /// hopeful are tried first, and all of them where none of those is worth it.
+    fn further(
+        &self,
+        others: &ProcessNoise,
+        (best, worth): (f64, f64),
+        left: &mut Vec<Left>,
+    ) -> Option<Tried> {
+        type Refined = ((f64, ProcessNoise), usize);
+        const BESIDE: usize = 4;
+        // What nothing drives has the noise that it shows.
+        let drives = |s: &Left| !others.is_none() || !matches!(s.source, Source::Output(_));
+        let mut order: Vec<usize> = (0..left.len()).filter(|k| drives(&left[*k])).collect();
+        order.sort_by(|a, b| left[*b].hope.total_cmp(&left[*a].hope));
+        let (mut scans, mut top) = (vec![], 0.0f64);
+        for some in order.chunks(BESIDE) {
+            if top >= worth && left[some[0]].hope < top - worth {
+                break;
+            }
+            let scanned = some.par_iter().map(|k| self.scan(others, left[*k].source));
+            for (k, scan) in some.iter().zip(scanned.collect::<Vec<_>>()) {
+                left[*k].hope = scan.hope - best;
+                top = top.max(scan.best.0 - best);
+                scans.push((*k, scan));
+            }
+        }
+        // Inputs come first: a force that does no better than noise on one of them is that.
+        scans.sort_by_key(|(k, _)| *k);
+        let hopeful: Vec<(usize, Scan)> =
+            scans.into_iter().filter(|(_, s)| s.hope - best >= top).collect();
+        let refined = hopeful.into_par_iter().map(|(k, s)| (self.refined(others, s, ROUGH), k));
+        let better = |a: Refined, b: Refined| if b.0.0 > a.0.0 + worth { b } else { a };
+        let (tried, k) = refined.collect::<Vec<_>>().into_iter().reduce(better)?;
+        (tried.0 >= best + worth).then(|| (tried, left.remove(k).source))
     }
 
-    /// Beside the others, intensities of one source from the least to the most: twice as many as are tried
-    /// at once.
+    /// Beside the others, intensities of one source from the least to the most, as many as are tried at once.
     fn scan(&self, others: &ProcessNoise, source: Source) -> Scan {
-        const COUNT: usize = 2 * LANES;
+        const COUNT: usize = LANES;
         let (least, most) = self.range(source);
         let step = (most / least).powf(1.0 / (COUNT - 1) as f64);
         let share = |k: usize| least * step.powi(k as i32);
-        let at = |first: usize| self.try_all(others, source, from_fn(|k| share(first + k))).0;
-        let all: Vec<f64> = at(0).into_iter().chain(at(LANES)).collect();
+        let all = self.try_all(others, source, from_fn(share)).0;
         let best = (0..COUNT).rev().max_by(|a, b| all[*a].total_cmp(&all[*b])).unwrap_or(0);
         let hope = match best {
             0 => 2.0 * all[0] - all[1],
@@ -242,11 +275,11 @@ impl<'a> Along<'a> {
 
     /// The most likely intensity of a source beside the others: the log likelihood with it, and all of
     /// them. About the best so far as many are tried between its neighbours as go at once, until those are
-    /// near.
-    fn refined(&self, others: &ProcessNoise, scan: Scan) -> (f64, ProcessNoise) {
+    /// as near as `until`.
+    fn refined(&self, others: &ProcessNoise, scan: Scan, until: f64) -> (f64, ProcessNoise) {
         let Scan { source, mut best, mut step, .. } = scan;
         let (least, most) = self.range(source);
-        while step > NEAR {
+        while step > until {
             let begin = best.1 / step;
             step = step.powf(2.0 / (LANES + 1) as f64);
             let shares = from_fn(|k| (begin * step.powi(k as i32 + 1)).clamp(least, most));
@@ -339,11 +372,17 @@ impl WithSimd for Filtering<'_, '_> {
                 let left = weighted(&delta, c).map(|seen| innovations[o] - seen);
                 let (s, scale) = unknown.measure(c, *r, &mut gain);
                 let z = left * scale;
-                delta.iter_mut().zip(&gain).for_each(|(d, g)| *d = *d + *g * z);
+                for (d, g) in delta.iter_mut().zip(&gain) {
+                    Lanes::by_itself();
+                    *d = *d + *g * z;
+                }
                 sum = sum + (z * z + s.map(f64::ln)) * -0.5;
             }
             // What the fit's own filter has moved is no deviation from it.
-            delta.iter_mut().zip(&moved).for_each(|(d, moved)| *d = d.map(|d| d - moved));
+            for (d, moved) in delta.iter_mut().zip(&moved) {
+                Lanes::by_itself();
+                *d = d.map(|d| d - moved);
+            }
             if k + 1 == times.len() {
                 break;
             }

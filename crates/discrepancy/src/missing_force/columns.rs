@@ -15,6 +15,7 @@ use lacuna_effects::{AnySeriesLaw, Law};
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::Hold;
 use lacuna_plants::model::ModelEffect;
+use std::sync::OnceLock;
 
 /// One column: of each channel on which it acts, its entries.
 pub(super) type Column = Vec<(usize, Vec<f64>)>;
@@ -28,6 +29,19 @@ pub(super) struct Columns<'a> {
     /// Values of the model's parameters, and the effects that it has.
     pub parameters: &'a [f64],
     pub effects: &'a [ModelEffect],
+    /// What was found of each input.
+    pub slopes: Slopes,
+}
+
+/// dF/du of each input: of each recording, channel by channel at every sample; nothing of a channel that it does not
+/// drive. Found when first asked for.
+pub(super) struct Slopes(Vec<OnceLock<Vec<Vec<Vec<f64>>>>>);
+
+impl Slopes {
+    /// Of so many inputs, none found.
+    pub(super) fn new(inputs: usize) -> Self {
+        Self((0..inputs).map(|_| OnceLock::new()).collect())
+    }
 }
 
 /// Root mean square; 0 of nothing.
@@ -76,11 +90,11 @@ impl Columns<'_> {
                 let j = candidate.channel;
                 let mut all = vec![vec![vec![]]; shapes.len()];
                 for along in self.along {
-                    let (slopes, u) = (self.by_input(along, j), self.input(along, j));
+                    let (slopes, u) = (self.slopes(along, j), self.input(along, j));
                     for (columns, shape) in all.iter_mut().zip(shapes) {
                         let mut made = law.plain().applied(shape, &along.motion.times, &u);
                         made.iter_mut().zip(&u).for_each(|(made, u)| *made -= u);
-                        self.add_input(&mut columns[0], (along, &slopes), made);
+                        self.add_input(&mut columns[0], (along, slopes), made);
                     }
                 }
                 all
@@ -127,8 +141,8 @@ impl Columns<'_> {
     pub(super) fn of_input(&self, j: usize) -> Column {
         let mut column = vec![];
         for along in self.along {
-            let slopes = self.by_input(along, j);
-            self.add_input(&mut column, (along, &slopes), self.input(along, j));
+            let slopes = self.slopes(along, j);
+            self.add_input(&mut column, (along, slopes), self.input(along, j));
         }
         column
     }
@@ -142,7 +156,7 @@ impl Columns<'_> {
     ) {
         let made = self.at_samples(made);
         for (c, slopes) in slopes.iter().enumerate() {
-            if slopes.iter().any(|s| *s != 0.0) {
+            if !slopes.is_empty() {
                 self.add(column, along.recording, c, |k| slopes[k] * made[k]);
             }
         }
@@ -188,7 +202,7 @@ impl Columns<'_> {
         let mut motion = along.motion.clone();
         motion.inputs.iter_mut().skip(j).step_by(m).for_each(|u| *u *= by);
         let u: Vec<f64> = motion.inputs.iter().skip(j).step_by(m).copied().collect();
-        let slopes = &self.by_input(along, j)[c];
+        let slopes = &self.slopes(along, j)[c];
         let mut all = u.clone();
         for (Term { candidate, shape }, amplitudes) in laws {
             match candidate.effect.law {
@@ -239,7 +253,7 @@ impl Columns<'_> {
         let mut of = vec![vec![]; model.channels()];
         for j in 0..model.inputs.len() {
             let drives = |c: &usize| {
-                self.along.iter().any(|a| self.by_input(a, j)[*c].iter().any(|s| *s != 0.0))
+                self.along.iter().any(|a| !self.slopes(a, j)[*c].is_empty())
             };
             let driven: Vec<usize> = (0..model.channels()).filter(drives).collect();
             if let [c] = driven[..] {
@@ -300,7 +314,14 @@ impl Columns<'_> {
         series
     }
 
-    /// dF/du of one input at every sample, channel by channel.
+    /// dF/du of one input in a recording, as [`Slopes`] has it.
+    fn slopes(&self, along: &Along, j: usize) -> &[Vec<f64>] {
+        let all = || self.along.iter().map(|along| self.by_input(along, j)).collect();
+        let at = self.along.iter().position(|a| a.recording == along.recording);
+        at.map_or(&[], |at| &self.slopes.0[j].get_or_init(all)[at])
+    }
+
+    /// dF/du of one input at every sample, channel by channel; nothing of a channel that it does not drive.
     fn by_input(&self, along: &Along, j: usize) -> Vec<Vec<f64>> {
         let model = self.problem.model;
         let (n, m, motion) = (model.coordinates.len(), model.inputs.len(), along.motion);
@@ -322,6 +343,9 @@ impl Columns<'_> {
             for (slopes, force) in slopes.iter_mut().zip(&rates[n * n..]) {
                 slopes[k] = force.tangent[0];
             }
+        }
+        for slopes in slopes.iter_mut().filter(|s| s.iter().all(|s| *s == 0.0)) {
+            slopes.clear();
         }
         slopes
     }

@@ -1,11 +1,7 @@
 //! The laws that the missing forces of all channels obey together.
 //!
 //! With whitened rows `y = P p + sum_k a_k c_k + e` of all channels, the evidence of a set of laws is that of a
-//! linear regression:
-//!
-//! ```text
-//! log Z = |L^-1 g|^2 / 2 - log det L,   L L^T = I + S C^T C S,   g = S C^T y
-//! ```
+//! linear regression ([`super::regression`]).
 //!
 //! A machine may lack something on each of its joints. So each round takes the most probable law of every
 //! channel, as they hardly rival one another, finds the noise again that they leave, and then gives up what is
@@ -13,8 +9,9 @@
 //! this: hundreds of candidates on each of many joints cost seconds.
 
 use super::along::Along;
-use super::columns::{Column, Columns, rms};
+use super::columns::{Column, Columns, Slopes, rms};
 use super::offers::{MOST_TAKEN, Offers};
+use super::regression::{Added, Regression};
 use super::rows::Rows;
 use super::subset::Subset;
 use super::{Belief, rows_of};
@@ -25,7 +22,6 @@ use crate::probability::log_sum_exp;
 use crate::screen::priors;
 use lacuna_effects::{CATALOGUE, Law, Variable};
 use lacuna_occupation::BandedCholesky;
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Of a white force beside the laws, in units of the rows' noise: none, then 2^-2 to 2^17.
@@ -78,6 +74,7 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
         rows: &rows,
         parameters: &belief.parameters,
         effects: belief.effects,
+        slopes: Slopes::new(problem.model.inputs.len()),
     };
     let all_candidates = candidates.to_vec();
     let plain: Vec<Candidate> = candidates.iter().filter(|c| is_plain(c)).copied().collect();
@@ -173,6 +170,8 @@ struct Pursuit<'a> {
     known: Vec<(Column, f64)>,
     right: Vec<Vec<f64>>,
     blocks: Vec<Option<Block>>,
+    /// What does not hang on the laws, as the blocks whiten it.
+    quieted: Whitened,
     taken: Vec<Taken>,
     /// The inputs that drive each channel alone.
     inputs_of: Vec<Vec<usize>>,
@@ -180,13 +179,12 @@ struct Pursuit<'a> {
     prior_odds: f64,
 }
 
-/// The regression on what is taken: whitened columns in units of their priors, and what they say.
-struct Base {
-    columns: Vec<Column>,
+/// The columns of the model's parameters in units of their tolerances, and the right-hand side of every channel, under
+/// the noise that is left.
+#[derive(Clone, Default)]
+struct Whitened {
+    known: Vec<Column>,
     right: Vec<Vec<f64>>,
-    normal: DMatrix<f64>,
-    moment: DVector<f64>,
-    evidence: f64,
 }
 
 impl<'a> Pursuit<'a> {
@@ -219,7 +217,10 @@ impl<'a> Pursuit<'a> {
         let inputs_of = columns.inputs_that_drive_one();
         let prior_odds = belief.prior_odds;
         let taken = vec![];
-        let mut this = Self { columns, offers, known, right, blocks, taken, inputs_of, prior_odds };
+        let quieted = Whitened::default();
+        let mut this =
+            Self { columns, offers, known, right, blocks, quieted, taken, inputs_of, prior_odds };
+        this.whiten_known();
         this.quiet()?;
         Some(this)
     }
@@ -237,36 +238,26 @@ impl<'a> Pursuit<'a> {
         column.iter().filter_map(of).collect()
     }
 
-    fn base_of(&self, taken: &[&Taken]) -> Option<Base> {
-        let known = self.known.iter().map(|(column, sd)| self.whitened(column, *sd));
-        let laws = taken
-            .iter()
-            .flat_map(|t| t.columns.iter().zip(&t.sd))
-            .map(|(column, sd)| self.whitened(column, *sd));
-        let columns: Vec<Column> = known.chain(laws).collect();
-        let right: Vec<Vec<f64>> = self
-            .right
-            .iter()
-            .enumerate()
-            .map(|(c, y)| {
-                let whole: Column = vec![(c, y.clone())];
-                self.whitened(&whole, 1.0).pop().map(|(_, y)| y).unwrap_or_default()
-            })
-            .collect();
-        let count = columns.len();
-        let mut normal = DMatrix::from_fn(count, count, |i, j| {
-            if j <= i { product(&columns[i], &columns[j]) } else { 0.0 }
-        });
-        normal.fill_upper_triangle_with_lower_triangle();
-        for i in 0..count {
-            normal[(i, i)] += 1.0;
-        }
-        let moment = DVector::from_fn(count, |i, _| with_right(&columns[i], &right));
-        let evidence = evidence(normal.clone(), &moment)?;
-        Some(Base { columns, right, normal, moment, evidence })
+    /// Whiten what does not hang on the laws.
+    fn whiten_known(&mut self) {
+        let known = self.known.iter().map(|(column, sd)| self.whitened(column, *sd)).collect();
+        let of_channel = |(c, y): (usize, &Vec<f64>)| {
+            let whole: Column = vec![(c, y.clone())];
+            self.whitened(&whole, 1.0).pop().map(|(_, y)| y).unwrap_or_default()
+        };
+        let right = self.right.iter().enumerate().map(of_channel).collect();
+        self.quieted = Whitened { known, right };
     }
 
-    fn base(&self) -> Option<Base> {
+    /// The regression on the model's parameters and some laws.
+    fn base_of(&self, taken: &[&Taken]) -> Option<Regression> {
+        let laws = taken.iter().flat_map(|t| t.columns.iter().zip(&t.sd));
+        let laws: Vec<Column> = laws.map(|(column, sd)| self.whitened(column, *sd)).collect();
+        let columns: Vec<&Column> = self.quieted.known.iter().chain(&laws).collect();
+        Regression::of(&columns, self.quieted.right.clone())
+    }
+
+    fn base(&self) -> Option<Regression> {
         self.base_of(&self.taken.iter().collect::<Vec<_>>())
     }
 
@@ -274,7 +265,7 @@ impl<'a> Pursuit<'a> {
     fn quiet(&mut self) -> Option<()> {
         for _ in 0..2 {
             let base = self.base()?;
-            let mean = base.normal.clone().cholesky()?.solve(&base.moment);
+            let mean = base.coefficients();
             let plain: Vec<(&Column, f64)> = self
                 .known
                 .iter()
@@ -308,6 +299,7 @@ impl<'a> Pursuit<'a> {
                 best.map(|b| b.0).or_else(|| Block::new(rows, before.white))
             });
             self.blocks = blocks.collect();
+            self.whiten_known();
         }
         Some(())
     }
@@ -331,13 +323,13 @@ impl<'a> Pursuit<'a> {
     }
 
     /// The best shape of a candidate beside what is taken, and nats that it gains, all shapes counted.
-    fn scored(&self, base: &Base, candidate: &Candidate) -> Option<(Taken, f64)> {
+    fn scored(&self, base: &Regression, candidate: &Candidate) -> Option<(Taken, f64)> {
         let problem = self.columns.problem;
         let offer = self.offers.of(self.columns, candidate);
         let (sd, magnitude) = priors(problem, candidate);
+        let gains = self.gains(base, &offer.columns, &sd, magnitude).into_iter().enumerate();
         let mut tried: Vec<(usize, f64)> = vec![];
-        for (number, columns) in offer.columns.iter().enumerate() {
-            let gain = self.gain(base, columns, &sd, magnitude);
+        for (number, gain) in gains {
             // Twice a law takes four times the power.
             let leaves_input = |by: &f64| by * by * offer.shares[number] < MOST_TAKEN;
             let may_be = |g: &(f64, Vec<f64>)| g.0.is_finite() && g.1.iter().all(leaves_input);
@@ -350,44 +342,38 @@ impl<'a> Pursuit<'a> {
         Some((Taken { term, columns, sd }, gain))
     }
 
-    /// Nats that columns gain beside what is taken, and their amplitudes; none for a magnitude that would be negative.
-    fn gain(
+    /// Nats that the columns of each of several shapes gain beside what is taken, and their amplitudes; none for a
+    /// magnitude that would be negative.
+    fn gains(
         &self,
-        base: &Base,
-        columns: &[Column],
+        base: &Regression,
+        shapes: &[Vec<Column>],
         sd: &[f64],
         magnitude: bool,
+    ) -> Vec<Option<(f64, Vec<f64>)>> {
+        let whiten = |columns: &Vec<Column>| -> Vec<Column> {
+            columns.iter().zip(sd).map(|(c, sd)| self.whitened(c, *sd)).collect()
+        };
+        let own: Vec<Vec<Column>> = shapes.iter().map(whiten).collect();
+        let added = base.adding(&own).into_iter().zip(&own).map(|(added, own)| {
+            let Added { gain, coefficients } = added?;
+            let acts = own.iter().any(|column| !column.is_empty());
+            let wrong = magnitude && coefficients.iter().any(|z| *z < 0.0);
+            let sides = if magnitude { own.len() as f64 } else { 0.0 };
+            let amplitudes = coefficients.iter().zip(sd).map(|(z, sd)| sd * z).collect();
+            (acts && !wrong).then_some((gain + sides * std::f64::consts::LN_2, amplitudes))
+        });
+        added.collect()
+    }
+
+    /// The same of one shape.
+    fn gain(
+        &self,
+        base: &Regression,
+        t: &Taken,
+        magnitude: bool,
     ) -> Option<(f64, Vec<f64>)> {
-        let own: Vec<Column> =
-            columns.iter().zip(sd).map(|(c, sd)| self.whitened(c, *sd)).collect();
-        if own.iter().all(Vec::is_empty) {
-            return None;
-        }
-        let (p, c) = (base.moment.len(), own.len());
-        let mut h = DMatrix::identity(p + c, p + c);
-        h.view_mut((0, 0), (p, p)).copy_from(&base.normal);
-        let mut g = DVector::zeros(p + c);
-        g.rows_mut(0, p).copy_from(&base.moment);
-        for i in 0..c {
-            g[p + i] = with_right(&own[i], &base.right);
-            for j in 0..=i {
-                h[(p + i, p + j)] += product(&own[i], &own[j]);
-                h[(p + j, p + i)] = h[(p + i, p + j)];
-            }
-            for j in 0..p {
-                let value = product(&own[i], &base.columns[j]);
-                h[(p + i, j)] = value;
-                h[(j, p + i)] = value;
-            }
-        }
-        let factor = h.cholesky()?;
-        let mean = factor.solve(&g);
-        let log: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        let gain = 0.5 * mean.dot(&g) - log - base.evidence;
-        let wrong = magnitude && (0..c).any(|i| mean[p + i] < 0.0);
-        let sides = if magnitude { c as f64 } else { 0.0 };
-        let amplitudes = (0..c).map(|i| sd[i] * mean[p + i]).collect();
-        (!wrong).then_some((gain + sides * std::f64::consts::LN_2, amplitudes))
+        self.gains(base, std::slice::from_ref(&t.columns), &t.sd, magnitude).pop()?
     }
 
     /// The laws that are found beside those that were taken.
@@ -652,10 +638,10 @@ impl<'a> Pursuit<'a> {
     }
 
     /// What could stand in the place of a law beside the others, the best first.
-    fn rivals(&self, without: &Base, t: &Taken, candidates: &[Candidate]) -> Vec<Instead> {
+    fn rivals(&self, without: &Regression, t: &Taken, candidates: &[Candidate]) -> Vec<Instead> {
         let own = t.term.candidate;
         let (_, magnitude) = priors(self.columns.problem, &own);
-        let Some((here, _)) = self.gain(without, &t.columns, &t.sd, magnitude) else {
+        let Some((here, _)) = self.gain(without, t, magnitude) else {
             return vec![];
         };
         let kin = |c: &&Candidate| {
@@ -669,7 +655,7 @@ impl<'a> Pursuit<'a> {
             .filter_map(|c| {
                 let (taken, gain) = self.scored(without, c)?;
                 let (_, magnitude) = priors(self.columns.problem, c);
-                let (_, amplitudes) = self.gain(without, &taken.columns, &taken.sd, magnitude)?;
+                let (_, amplitudes) = self.gain(without, &taken, magnitude)?;
                 Some(Instead { term: taken.term, amplitudes, behind: here - gain })
             })
             .filter(|r| r.behind.is_finite())
@@ -696,10 +682,9 @@ impl<'a> Pursuit<'a> {
     }
 }
 
-/// The amplitudes of laws that stand last in a regression; none where it is singular.
-fn amplitudes(taken: &[Taken], base: &Base) -> Vec<Vec<f64>> {
-    let Some(factor) = base.normal.clone().cholesky() else { return vec![] };
-    let mean = factor.solve(&base.moment);
+/// The amplitudes of laws that stand last in a regression.
+fn amplitudes(taken: &[Taken], base: &Regression) -> Vec<Vec<f64>> {
+    let mean = base.coefficients();
     let mut at = mean.len() - taken.iter().map(|t| t.sd.len()).sum::<usize>();
     let of = |t: &Taken| {
         let first = at;
@@ -740,22 +725,4 @@ fn series<'s>(rows: &[(usize, Rows)], column: &'s [f64]) -> Vec<&'s [f64]> {
             part
         })
         .collect()
-}
-
-fn product(a: &Column, b: &Column) -> f64 {
-    let of = |(c, x): &(usize, Vec<f64>)| {
-        let (_, y) = b.iter().find(|(d, _)| d == c)?;
-        Some(x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>())
-    };
-    a.iter().filter_map(of).sum()
-}
-
-fn with_right(a: &Column, right: &[Vec<f64>]) -> f64 {
-    a.iter().map(|(c, x)| x.iter().zip(&right[*c]).map(|(x, y)| x * y).sum::<f64>()).sum()
-}
-
-fn evidence(h: DMatrix<f64>, g: &DVector<f64>) -> Option<f64> {
-    let factor = h.cholesky()?;
-    let log: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-    Some(0.5 * factor.solve(g).dot(g) - log)
 }

@@ -60,6 +60,7 @@ mod knots;
 mod laws;
 mod measured;
 mod offers;
+mod regression;
 mod rows;
 mod subset;
 mod windows;

@@ -13,10 +13,12 @@
 use crate::candidates::Candidate;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Sets that are kept while they grow.
 const BEAM: usize = 8;
+/// Rotations of a matrix before its eigenvalues are given up, over its size: a few do.
+const MOST_SWEEPS: usize = 100;
 /// Most laws of a set.
 const MOST: usize = 8;
 
@@ -72,14 +74,14 @@ impl Subset {
     /// residual varies.
     pub(super) fn likeliest(self, prior_odds: f64, colour: impl Fn(&[f64]) -> f64) -> Vec<usize> {
         let (n, k) = (self.right.len(), self.columns.len());
-        let design = Mat::from_fn(n, k, |i, j| self.columns[j][i] * self.sd[j]);
+        let Some(design) = self.design() else { return vec![] };
         let mut gram = Mat::zeros(k, k);
         matmul(&mut gram, Accum::Replace, design.transpose(), &design, 1.0, Par::Seq);
         let moment: Vec<f64> = (0..k)
             .map(|j| design.col_as_slice(j).iter().zip(&self.right).map(|(a, b)| a * b).sum())
             .collect();
         let square: f64 = self.right.iter().map(|y| y * y).sum();
-        let products = Products { gram, moment, square };
+        let products = Products { known: self.known, gram, moment, square };
         let mut counted = n as f64;
         let mut best = vec![];
         for _ in 0..2 {
@@ -92,6 +94,25 @@ impl Subset {
             best = top.map(|s| s.offers).unwrap_or_default();
         }
         best
+    }
+
+    /// The columns in units of their priors. The known ones, whose priors are then all one, are turned so that they
+    /// have nothing to do with each other: whatever the noise, they are eliminated one by one. None where they are
+    /// not finite.
+    fn design(&self) -> Option<Mat<f64>> {
+        let (n, k, p) = (self.right.len(), self.columns.len(), self.known);
+        let mut design = Mat::from_fn(n, k, |i, j| self.columns[j][i] * self.sd[j]);
+        if p == 0 {
+            return Some(design);
+        }
+        let known = design.as_ref().subcols(0, p).to_owned();
+        let mut gram = Mat::zeros(p, p);
+        matmul(&mut gram, Accum::Replace, known.transpose(), &known, 1.0, Par::Seq);
+        let gram = DMatrix::from_fn(p, p, |i, j| gram[(i, j)]);
+        let eigen = SymmetricEigen::try_new(gram, f64::EPSILON, MOST_SWEEPS * p)?;
+        let turn = Mat::from_fn(p, p, |i, j| eigen.eigenvectors[(i, j)]);
+        matmul(design.as_mut().subcols_mut(0, p), Accum::Replace, &known, &turn, 1.0, Par::Seq);
+        Some(design)
     }
 
     /// The best set of each size, none first.
@@ -156,7 +177,7 @@ impl Subset {
         let (mut left, mut solved) = (left, None);
         for _ in 0..3 {
             let z = products.solved(&at, left, counted / n)?;
-            left = (products.left(&at, &z.0) / n).max(f64::MIN_POSITIVE);
+            left = (products.left(&at, &z.0, left * n / counted) / n).max(f64::MIN_POSITIVE);
             solved = Some(z);
         }
         let (z, log) = solved?;
@@ -193,6 +214,8 @@ impl Subset {
 
 /// Inner products of the columns in units of their priors, and of the right-hand side.
 struct Products {
+    /// The first so many columns have nothing to do with each other.
+    known: usize,
     gram: Mat<f64>,
     moment: Vec<f64>,
     square: f64,
@@ -200,28 +223,37 @@ struct Products {
 
 impl Products {
     /// Coefficients in units of their priors under noise of this variance, `share` of the rows counted; and
-    /// half the log determinant.
+    /// half the log determinant. The known columns are eliminated first.
     fn solved(&self, at: &[usize], variance: f64, share: f64) -> Option<(DVector<f64>, f64)> {
-        let weight = share / variance;
-        let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
-        let h = DMatrix::from_fn(at.len(), at.len(), |i, j| {
-            unit(i, j) + weight * self.gram[(at[i], at[j])]
+        let (weight, p) = (share / variance, self.known);
+        let (own, count) = (&at[p..], at.len() - p);
+        let known: Vec<f64> = (0..p).map(|i| 1.0 + weight * self.gram[(i, i)]).collect();
+        let cross = DMatrix::from_fn(p, count, |i, j| weight * self.gram[(i, own[j])]);
+        let mut slope = cross.clone();
+        for mut column in slope.column_iter_mut() {
+            column.iter_mut().zip(&known).for_each(|(x, d)| *x /= d);
+        }
+        let moment = DVector::from_fn(p, |i, _| weight * self.moment[i]);
+        let mut schur = DMatrix::from_fn(count, count, |i, j| {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            unit + weight * self.gram[(own[i], own[j])]
         });
-        let g = DVector::from_fn(at.len(), |i, _| weight * self.moment[at[i]]);
-        let factor = h.cholesky()?;
+        schur.gemm_tr(-1.0, &slope, &cross, 1.0);
+        let mut left = DVector::from_fn(count, |i, _| weight * self.moment[own[i]]);
+        left.gemv_tr(-1.0, &slope, &moment, 1.0);
+        let factor = schur.cholesky()?;
+        let of_own = factor.solve(&left);
+        let mut z = DVector::from_fn(at.len(), |i, _| if i < p { moment[i] / known[i] } else { 0.0 });
+        z.rows_mut(0, p).gemv(-1.0, &slope, &of_own, 1.0);
+        z.rows_mut(p, count).copy_from(&of_own);
         let log: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        Some((factor.solve(&g), log))
+        Some((z, log + 0.5 * known.iter().map(|d| d.ln()).sum::<f64>()))
     }
 
-    /// Sum of squares that coefficients leave.
-    fn left(&self, at: &[usize], z: &DVector<f64>) -> f64 {
-        let mut sum = self.square;
-        for (i, a) in at.iter().enumerate() {
-            sum -= 2.0 * z[i] * self.moment[*a];
-            for (j, b) in at.iter().enumerate() {
-                sum += z[i] * z[j] * self.gram[(*a, *b)];
-            }
-        }
-        sum
+    /// Sum of squares that coefficients leave which were found under noise of this variance a row that is counted:
+    /// `|y - C z|^2 = y y - z C^T y - variance |z|^2`, as they solve `(I + C^T C / variance) z = C^T y / variance`.
+    fn left(&self, at: &[usize], z: &DVector<f64>, variance: f64) -> f64 {
+        let explained: f64 = at.iter().zip(z.iter()).map(|(a, z)| z * self.moment[*a]).sum();
+        self.square - explained - variance * z.norm_squared()
     }
 }

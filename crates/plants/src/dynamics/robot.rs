@@ -203,6 +203,7 @@ impl<T: Number> Motor<T> {
 #[inline(always)]
 fn drive<T: Number>(inputs: &[T], force: &mut [T]) {
     for (force, input) in force.iter_mut().zip(inputs) {
+        T::by_itself();
         *force = *input - *force;
     }
 }
@@ -350,7 +351,10 @@ impl<T: Number> pulp::WithSimd for Derive<'_, T> {
         let at = Point::new(robot.sizes(), &[], variables);
         let dynamics = robot.plain();
         // What it takes to move the bodies enters with the other sign.
-        forces.iter_mut().for_each(|f| *f = -*f);
+        for force in forces.iter_mut() {
+            T::by_itself();
+            *force = -*force;
+        }
         for &i in &robot.changing {
             dynamics.carry(&room.motion, i, &robot.inertia[i], forces);
         }

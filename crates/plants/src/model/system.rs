@@ -299,6 +299,7 @@ impl<T: Number> System<T> {
         if k > 0 {
             let slopes = &w.slope[k - 1];
             for ((moved, x), slope) in w.stage.iter_mut().zip(state).zip(slopes) {
+                T::by_itself();
                 *moved = *x + *slope * step;
             }
         } else {
@@ -335,6 +336,7 @@ impl<T: Number> System<T> {
         let n = self.sizes.coordinates;
         let (mass, force) = outputs.split_at_mut(n * n);
         for (f, p) in force.iter_mut().zip(&self.push) {
+            T::by_itself();
             *f = *f + *p;
         }
         for f in &self.forces {

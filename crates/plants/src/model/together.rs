@@ -120,14 +120,16 @@ impl<T: Number> pulp::WithSimd for Together<'_, '_, T> {
 /// The slopes of one stage.
 #[inline(always)]
 fn stage<T: Number>(strands: &mut [Strand<'_, T>], shared: &mut Shared, k: usize, t: f64) {
+    let n = shared.accelerations.len();
     for Strand { system, workspace: w, .. } in &mut *strands {
-        w.outputs.fill(T::constant(0.0));
+        // Where no effect has inertia, its place stays empty.
+        let first = if system.is_inertial() { 0 } else { n * n };
+        w.outputs[first..].fill(T::constant(0.0));
         system.push((t, &w.stage, &w.input), &mut w.outputs, &mut w.slope[k]);
     }
     let Strand { system, workspace: w, .. } = &strands[0];
     let Some(dynamics) = system.implicit() else { return };
     shared.accelerate(dynamics, &w.variables, &w.outputs);
-    let n = shared.accelerations.len();
     for Strand { system, workspace: w, .. } in strands {
         let (mass, force) = w.outputs.split_at_mut(n * n);
         if system.is_inertial() {
