@@ -205,7 +205,8 @@ impl<'a> Along<'a> {
                 if model.inputs[j].noise.is_some() {
                     continue;
                 }
-                let (gained, noise) = self.refined(&others, self.scan(&others, Source::Input(j)), NEAR);
+                let (gained, noise) =
+                    self.refined(&others, self.scan(&others, Source::Input(j)), NEAR);
                 if gained + worth > *best {
                     (*best, *here) = (gained, noise);
                     break;

@@ -252,9 +252,7 @@ impl Columns<'_> {
         let model = self.problem.model;
         let mut of = vec![vec![]; model.channels()];
         for j in 0..model.inputs.len() {
-            let drives = |c: &usize| {
-                self.along.iter().any(|a| !self.slopes(a, j)[*c].is_empty())
-            };
+            let drives = |c: &usize| self.along.iter().any(|a| !self.slopes(a, j)[*c].is_empty());
             let driven: Vec<usize> = (0..model.channels()).filter(drives).collect();
             if let [c] = driven[..] {
                 of[c].push(j);

@@ -367,12 +367,7 @@ impl<'a> Pursuit<'a> {
     }
 
     /// The same of one shape.
-    fn gain(
-        &self,
-        base: &Regression,
-        t: &Taken,
-        magnitude: bool,
-    ) -> Option<(f64, Vec<f64>)> {
+    fn gain(&self, base: &Regression, t: &Taken, magnitude: bool) -> Option<(f64, Vec<f64>)> {
         self.gains(base, std::slice::from_ref(&t.columns), &t.sd, magnitude).pop()?
     }
 

@@ -243,7 +243,8 @@ impl Products {
         left.gemv_tr(-1.0, &slope, &moment, 1.0);
         let factor = schur.cholesky()?;
         let of_own = factor.solve(&left);
-        let mut z = DVector::from_fn(at.len(), |i, _| if i < p { moment[i] / known[i] } else { 0.0 });
+        let mut z =
+            DVector::from_fn(at.len(), |i, _| if i < p { moment[i] / known[i] } else { 0.0 });
         z.rows_mut(0, p).gemv(-1.0, &slope, &of_own, 1.0);
         z.rows_mut(p, count).copy_from(&of_own);
         let log: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();

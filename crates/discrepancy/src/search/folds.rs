@@ -8,6 +8,7 @@
 //! as much. Where D is small, the folds do not touch what it describes and say nothing.
 
 use super::{Path, Rival, Search, candidate_of, chain, untried};
+use crate::decision::Decision;
 use crate::likelihood::{Effort, FULL, Fit, FitError, STILL};
 use rayon::prelude::*;
 
@@ -25,35 +26,60 @@ struct Said {
     drop: f64,
 }
 
-impl Search<'_> {
-    /// Whether folds that are left out speak against `with`, compared with `without` in the same
-    /// windows.
-    pub(super) fn refuted(&self, without: &Fit, with: &Fit) -> bool {
-        let (Ok(without), Ok(with)) = (in_parts(without), in_parts(with)) else { return false };
-        let temperature = with.temperature();
-        let ask = |fold: &Vec<bool>| {
-            Some((without.predicted(fold, FEW).ok()?, with.predicted(fold, FEW)))
-        };
-        let asked: Vec<_> = folds(&with).par_iter().map(ask).collect();
+/// A fit, and what it predicts of each fold without knowing it.
+pub(super) struct LeftOut<'p> {
+    parts: Fit<'p>,
+    folds: Vec<Fold>,
+}
+
+/// Which windows are left out, and their residuals.
+struct Fold {
+    windows: Vec<bool>,
+    residuals: Result<Vec<Vec<f64>>, FitError>,
+}
+
+impl<'p> LeftOut<'p> {
+    /// Leave out each fold of a fit's windows in turn; none where it has no parts.
+    pub(super) fn of(fit: &Fit<'p>) -> Option<Self> {
+        let parts = in_parts(fit).ok()?;
+        let ask = |windows: Vec<bool>| Fold { residuals: parts.predicted(&windows, FEW), windows };
+        let folds = folds(&parts).into_par_iter().map(ask).collect();
+        Some(Self { parts, folds })
+    }
+
+    /// Whether the folds speak against it, compared with `without` in the same windows.
+    pub(super) fn refutes(&self, decision: &Decision, without: &Fit) -> bool {
+        let Ok(without) = in_parts(without) else { return false };
+        let temperature = self.parts.temperature();
+        let plain = self.folds.par_iter().map(|fold| without.predicted(&fold.windows, FEW).ok());
+        let plain: Vec<Option<Vec<Vec<f64>>>> = plain.collect();
         let mut total = Said::default();
-        for (plain, rich) in asked.into_iter().flatten() {
-            let rich = match rich {
+        for (plain, fold) in plain.into_iter().zip(&self.folds) {
+            let Some(plain) = plain else { continue };
+            let rich = match &fold.residuals {
                 Ok(rich) => rich,
                 // Those that were asked say what they say.
                 Err(FitError::Cancelled) => break,
                 // Whoever diverges where the plainer model does not has been refuted.
                 Err(_) => return true,
             };
-            for (a, b) in plain.iter().zip(&rich) {
+            for (a, b) in plain.iter().zip(rich) {
                 let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
                 total.drop += squares(a) - squares(b);
                 total.size += a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
             }
         }
         let (size, drop) = (total.size / temperature, total.drop / temperature);
-        let decision = &self.decision;
         let loud = size > 2.0 * decision.prior_odds;
         drop < -2.0 * decision.tie || (loud && drop < decision.share * size)
+    }
+}
+
+impl Search<'_> {
+    /// Whether folds that are left out speak against `with`, compared with `without` in the same
+    /// windows.
+    pub(super) fn refuted(&self, without: &Fit, with: &Fit) -> bool {
+        LeftOut::of(with).is_some_and(|with| with.refutes(&self.decision, without))
     }
 
     /// Mean square error of predictions by a fit that did not know of what it predicts, in windows
@@ -85,12 +111,14 @@ impl Search<'_> {
             return path;
         }
         let mut path = self.simplified(path);
+        let mut with = LeftOut::of(&path.fit);
         for k in (0..path.named.len()).rev() {
             let h = path.fit.hypothesis.clone().without(k);
             let Ok(without) = path.fit.refit(h, FULL) else { continue };
-            if self.refuted(&without, &path.fit) {
+            if with.as_ref().is_some_and(|with| with.refutes(&self.decision, &without)) {
                 path.named.remove(k);
                 path.fit = chain::polish(without);
+                with = LeftOut::of(&path.fit);
             }
         }
         // A single effect was left out alone already.
@@ -98,7 +126,7 @@ impl Search<'_> {
             return path;
         }
         let Some(alone) = self.like(&path.fit, calibrated) else { return path };
-        if self.refuted(&alone, &path.fit) {
+        if with.is_some_and(|with| with.refutes(&self.decision, &alone)) {
             return Path { fit: calibrated.clone(), named: vec![] };
         }
         path

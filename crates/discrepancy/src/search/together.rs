@@ -7,6 +7,7 @@
 //! has a memory or a time of its own.
 
 use super::driven::Quieted;
+use super::folds::LeftOut;
 use super::{Named, Path, Rival, Search, Searched, candidate_of, effect_of, untried};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, FitError, Hypothesis, QUICK};
@@ -242,6 +243,13 @@ impl<'p> Search<'p> {
     /// together.
     fn kept_by_folds(&self, calibrated: &Fit<'p>, mut path: Path<'p>) -> Path<'p> {
         self.watch.tell("leaving recordings out");
+        if self.watch.skips(untried::FOLDS) {
+            return path;
+        }
+        let mut with = LeftOut::of(&path.fit);
+        let refutes = |with: &Option<LeftOut>, without: &Fit| {
+            with.as_ref().is_some_and(|with| with.refutes(&self.decision, without))
+        };
         for k in (0..path.named.len()).rev() {
             if path.named[k].gain > self.decision.beyond_doubt() || self.watch.skips(untried::FOLDS)
             {
@@ -249,13 +257,14 @@ impl<'p> Search<'p> {
             }
             let h = path.fit.hypothesis.clone().without(k);
             let Ok(without) = path.fit.refit(h, QUICK) else { continue };
-            if self.refuted(&without, &path.fit) {
+            if refutes(&with, &without) {
                 path.named.remove(k);
                 path.fit = without;
+                with = LeftOut::of(&path.fit);
             }
         }
         match self.like(&path.fit, calibrated) {
-            Some(alone) if self.refuted(&alone, &path.fit) => {
+            Some(alone) if refutes(&with, &alone) => {
                 Path { fit: calibrated.clone(), named: vec![] }
             }
             _ => path,

@@ -185,6 +185,22 @@ fn an_effect_is_named_and_its_size_right_beside_noisy_inputs() {
     }
 }
 
+/// What noise on an input leaves is noise, and none of what the formula leaves of the mismatch: a law that is small beside
+/// it is handed back.
+#[test]
+fn a_law_that_is_small_beside_a_noisy_input_is_handed_back() {
+    let effect = "[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"q\"\nmagnitude = 0.006\nsmoothing_velocity = 0.02";
+    let (model, truth) = (ON_PENDULUM.model(), ON_PENDULUM.truth(effect));
+    let (recordings, _) = with_noisy_input(ON_PENDULUM.record(&truth, 935, 4), 0.06, 935);
+    let outcome = diagnosed(&model, &recordings);
+    let d = &outcome.diagnosis;
+    let found: Vec<_> = d.findings.iter().map(|f| &f.class[..]).collect();
+    assert_eq!(found, ["coulomb_friction"]);
+    let formula = d.formula.as_ref().expect("something is found");
+    assert!(formula.left < 0.1, "{formula:?}");
+    assert_eq!(outcome.augmentation.effects.len(), 1, "{:?}", d.notes);
+}
+
 fn without(column: &str, mut recordings: Vec<Recording>) -> Vec<Recording> {
     recordings.iter_mut().for_each(|r| r.columns.retain(|c| c.name != column));
     recordings
