@@ -4,7 +4,7 @@ use super::location;
 use super::outcome::Ladder;
 use crate::candidates::Candidate;
 use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding, FormulaFit, Support};
-use crate::likelihood::{Fit, ProcessNoise};
+use crate::likelihood::Fit;
 use crate::missing_force::{Belief, MissingForce};
 use crate::probability::{self, ProbabilityMap};
 use crate::screen::Over;
@@ -121,7 +121,7 @@ impl Ladder<'_> {
 
     /// What the findings leave of the mismatch.
     pub(super) fn formula(&self) -> FormulaFit {
-        let [before, after] = [&self.found.calibrated, &self.found.chosen].map(beyond_noise);
+        let [before, after] = [&self.found.calibrated, &self.found.chosen].map(Fit::beyond_noise);
         let left = if before > 0.0 { (after / before).min(1.0) } else { 0.0 };
         FormulaFit { left, residual_over_noise: self.found.chosen.reduced().sqrt() }
     }
@@ -288,17 +288,6 @@ fn is_resolved(law: &[f64]) -> bool {
     let bend = |w: &[f64]| (w[1] - 0.5 * (w[0] + w[2])).powi(2);
     let bends: f64 = law.windows(3).map(bend).sum();
     bends <= BENT * law.iter().map(|f| f * f).sum::<f64>()
-}
-
-/// Mean square that a fit leaves beyond noise. What a recorded input was not of what the machine got is noise, as that of
-/// outputs is; a random force is not.
-fn beyond_noise(fit: &Fit) -> f64 {
-    let inputs_alone = |noise: &ProcessNoise| noise.forces.iter().all(|force| *force == 0.0);
-    let left = match &fit.noise {
-        Some(noise) if inputs_alone(noise) => fit.reduced() - 1.0,
-        _ => fit.excess(),
-    };
-    left.max(0.0)
 }
 
 /// What is left of the mismatch in the middle one of the recordings that show more than so much of it, of what is there

@@ -36,7 +36,18 @@ impl Fit<'_> {
         (self.chi2 - quiet) / self.count.max(1) as f64
     }
 
-    /// The same in each recording.
+    /// Mean square of the residual beyond all noise, 0 at least: what a recorded input was not of what the machine got
+    /// is noise, as that of outputs is; a random force is not.
+    #[must_use]
+    pub fn beyond_noise(&self) -> f64 {
+        let left = match &self.noise {
+            Some(noise) if noise.pushes_nothing() => self.reduced() - 1.0,
+            _ => self.excess(),
+        };
+        left.max(0.0)
+    }
+
+    /// [`Fit::excess`] in each recording.
     #[must_use]
     pub fn excess_by_recording(&self) -> Vec<f64> {
         let mut residuals = self.residuals.iter();

@@ -224,7 +224,26 @@ impl<'a> Along<'a> {
         (best, worth): (f64, f64),
         left: &mut Vec<Left>,
     ) -> Option<Tried> {
-        type Refined = ((f64, ProcessNoise), usize);
+        let scans = self.scan_hopeful(others, (best, worth), left);
+        let top = scans.iter().map(|s| s.best.0 - best).fold(0.0, f64::max);
+        let hopeful: Vec<Scan> = scans.into_iter().filter(|s| s.hope - best >= top).collect();
+        let refined = hopeful.into_par_iter().map(|s| (self.refined(others, s, ROUGH), s.source));
+        // Inputs come first: a force that does no better than noise on one of them is that.
+        let better = |a: Tried, b: Tried| if b.0.0 > a.0.0 + worth { b } else { a };
+        let tried = refined.collect::<Vec<_>>().into_iter().reduce(better)?;
+        let found = tried.0.0 >= best + worth;
+        left.retain(|l| !found || l.source != tried.1);
+        found.then_some(tried)
+    }
+
+    /// The sources that are left, scanned as long as one may gain as much as the best of them did, or all; in their own
+    /// order.
+    fn scan_hopeful(
+        &self,
+        others: &ProcessNoise,
+        (best, worth): (f64, f64),
+        left: &mut [Left],
+    ) -> Vec<Scan> {
         const BESIDE: usize = 4;
         // What nothing drives has the noise that it shows.
         let drives = |s: &Left| !others.is_none() || !matches!(s.source, Source::Output(_));
@@ -242,14 +261,8 @@ impl<'a> Along<'a> {
                 scans.push((*k, scan));
             }
         }
-        // Inputs come first: a force that does no better than noise on one of them is that.
         scans.sort_by_key(|(k, _)| *k);
-        let hopeful: Vec<(usize, Scan)> =
-            scans.into_iter().filter(|(_, s)| s.hope - best >= top).collect();
-        let refined = hopeful.into_par_iter().map(|(k, s)| (self.refined(others, s, ROUGH), k));
-        let better = |a: Refined, b: Refined| if b.0.0 > a.0.0 + worth { b } else { a };
-        let (tried, k) = refined.collect::<Vec<_>>().into_iter().reduce(better)?;
-        (tried.0 >= best + worth).then(|| (tried, left.remove(k).source))
+        scans.into_iter().map(|(_, scan)| scan).collect()
     }
 
     /// Beside the others, intensities of one source from the least to the most, as many as are tried at once.

@@ -48,6 +48,12 @@ impl ProcessNoise {
         self.inputs.iter().chain(&self.forces).all(|s| *s == 0.0)
     }
 
+    /// Whether no random force pushes a channel.
+    #[must_use]
+    pub fn pushes_nothing(&self) -> bool {
+        self.forces.iter().all(|force| *force == 0.0)
+    }
+
     /// Whether it is the same to a few hundredths, as far as a likelihood can tell.
     #[must_use]
     pub fn is_near(&self, other: &Self) -> bool {

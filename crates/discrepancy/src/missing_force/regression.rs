@@ -149,6 +149,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     DVectorView::from_slice(a, a.len()).dot(&DVectorView::from_slice(b, b.len()))
 }
 
+/// log det L.
 fn log_determinant(factor: &Cholesky<f64, Dyn>) -> f64 {
     factor.l_dirty().diagonal().map(f64::ln).sum()
 }

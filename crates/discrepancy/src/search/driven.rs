@@ -139,8 +139,7 @@ impl<'p> Search<'p> {
             return false;
         }
         let noise = self.calibrated_once(exact, driven).as_ref().and_then(|fit| fit.noise.clone());
-        noise.is_some_and(|noise| noise.forces.iter().all(|force| *force == 0.0))
-            && self.is_driven(exact, driven)
+        noise.is_some_and(|noise| noise.pushes_nothing()) && self.is_driven(exact, driven)
     }
 
     fn calibrated_once<'o>(&self, exact: &Fit<'p>, driven: &'o Once<'p>) -> &'o Option<Fit<'p>> {

@@ -26,9 +26,9 @@ struct Said {
     drop: f64,
 }
 
-/// A fit, and what it predicts of each fold without knowing it.
-pub(super) struct LeftOut<'p> {
-    parts: Fit<'p>,
+/// What a fit predicts of each fold without knowing it.
+pub(super) struct LeftOut {
+    temperature: f64,
     folds: Vec<Fold>,
 }
 
@@ -38,19 +38,18 @@ struct Fold {
     residuals: Result<Vec<Vec<f64>>, FitError>,
 }
 
-impl<'p> LeftOut<'p> {
-    /// Leave out each fold of a fit's windows in turn; none where it has no parts.
-    pub(super) fn of(fit: &Fit<'p>) -> Option<Self> {
-        let parts = in_parts(fit).ok()?;
+impl LeftOut {
+    /// Leave out each fold of a fit's windows in turn; what has no parts has no folds.
+    pub(super) fn of(fit: &Fit) -> Self {
+        let Ok(parts) = in_parts(fit) else { return Self { temperature: 1.0, folds: vec![] } };
         let ask = |windows: Vec<bool>| Fold { residuals: parts.predicted(&windows, FEW), windows };
         let folds = folds(&parts).into_par_iter().map(ask).collect();
-        Some(Self { parts, folds })
+        Self { temperature: parts.temperature(), folds }
     }
 
-    /// Whether the folds speak against it, compared with `without` in the same windows.
+    /// Whether the folds speak against the fit, compared with `without` in the same windows.
     pub(super) fn refutes(&self, decision: &Decision, without: &Fit) -> bool {
         let Ok(without) = in_parts(without) else { return false };
-        let temperature = self.parts.temperature();
         let plain = self.folds.par_iter().map(|fold| without.predicted(&fold.windows, FEW).ok());
         let plain: Vec<Option<Vec<Vec<f64>>>> = plain.collect();
         let mut total = Said::default();
@@ -69,7 +68,7 @@ impl<'p> LeftOut<'p> {
                 total.size += a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
             }
         }
-        let (size, drop) = (total.size / temperature, total.drop / temperature);
+        let (size, drop) = (total.size / self.temperature, total.drop / self.temperature);
         let loud = size > 2.0 * decision.prior_odds;
         drop < -2.0 * decision.tie || (loud && drop < decision.share * size)
     }
@@ -79,7 +78,7 @@ impl Search<'_> {
     /// Whether folds that are left out speak against `with`, compared with `without` in the same
     /// windows.
     pub(super) fn refuted(&self, without: &Fit, with: &Fit) -> bool {
-        LeftOut::of(with).is_some_and(|with| with.refutes(&self.decision, without))
+        LeftOut::of(with).refutes(&self.decision, without)
     }
 
     /// Mean square error of predictions by a fit that did not know of what it predicts, in windows
@@ -115,7 +114,7 @@ impl Search<'_> {
         for k in (0..path.named.len()).rev() {
             let h = path.fit.hypothesis.clone().without(k);
             let Ok(without) = path.fit.refit(h, FULL) else { continue };
-            if with.as_ref().is_some_and(|with| with.refutes(&self.decision, &without)) {
+            if with.refutes(&self.decision, &without) {
                 path.named.remove(k);
                 path.fit = chain::polish(without);
                 with = LeftOut::of(&path.fit);
@@ -126,7 +125,7 @@ impl Search<'_> {
             return path;
         }
         let Some(alone) = self.like(&path.fit, calibrated) else { return path };
-        if with.is_some_and(|with| with.refutes(&self.decision, &alone)) {
+        if with.refutes(&self.decision, &alone) {
             return Path { fit: calibrated.clone(), named: vec![] };
         }
         path

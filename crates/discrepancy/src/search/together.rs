@@ -247,9 +247,6 @@ impl<'p> Search<'p> {
             return path;
         }
         let mut with = LeftOut::of(&path.fit);
-        let refutes = |with: &Option<LeftOut>, without: &Fit| {
-            with.as_ref().is_some_and(|with| with.refutes(&self.decision, without))
-        };
         for k in (0..path.named.len()).rev() {
             if path.named[k].gain > self.decision.beyond_doubt() || self.watch.skips(untried::FOLDS)
             {
@@ -257,14 +254,14 @@ impl<'p> Search<'p> {
             }
             let h = path.fit.hypothesis.clone().without(k);
             let Ok(without) = path.fit.refit(h, QUICK) else { continue };
-            if refutes(&with, &without) {
+            if with.refutes(&self.decision, &without) {
                 path.named.remove(k);
                 path.fit = without;
                 with = LeftOut::of(&path.fit);
             }
         }
         match self.like(&path.fit, calibrated) {
-            Some(alone) if refutes(&with, &alone) => {
+            Some(alone) if with.refutes(&self.decision, &alone) => {
                 Path { fit: calibrated.clone(), named: vec![] }
             }
             _ => path,
