@@ -61,7 +61,7 @@ fn a_diagnosis_that_is_interrupted_leaves_nothing() {
         std::thread::sleep(whole.mul_f64(share));
         interrupt(&child, signal);
         let (code, said) = end(child);
-        // Before the handler is there, and under nohup, the signal itself ends the process.
+        // Before the handler is there the signal itself ends the process.
         assert!(code.is_none_or(|c| c == INTERRUPTED), "after {share} of {whole:?}: {code:?}");
         assert_eq!(said, "", "after {share} of {whole:?}");
         assert_eq!(files(&bench.path("")), before, "after {share} of {whole:?}");
@@ -99,6 +99,39 @@ fn files_are_written_together_or_not_at_all() {
     let [none, whole] = counts;
     eprintln!("of {ROUNDS} runs {none} wrote nothing, {whole} wrote everything");
     assert!(none > 0, "no run was interrupted in time");
+}
+
+/// `nohup` ignores SIGHUP, and that alone: what else comes is heard.
+#[test]
+#[cfg(target_os = "linux")]
+fn under_nohup_a_hangup_is_ignored_and_an_interrupt_is_heard() {
+    let (bench, runs) = Bench::with_runs(1..=4);
+    let diagnose = arguments(&["diagnose", "model.toml", "--out", "found"], &runs);
+    let child = Command::new("nohup")
+        .arg(env!("CARGO_BIN_EXE_lacuna"))
+        .args(&diagnose)
+        .current_dir(bench.path(""))
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let heard = |bits: u64| {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let line = status.lines().find_map(|l| l.strip_prefix("SigCgt:")).unwrap().trim();
+        u64::from_str_radix(line, 16).unwrap() & bits == bits
+    };
+    let begin = Instant::now();
+    // SIGINT and SIGTERM, the second and the fifteenth.
+    while !heard(1 << 1 | 1 << 14) {
+        assert!(begin.elapsed().as_secs() < 10, "no handler");
+        std::thread::yield_now();
+    }
+    assert!(!heard(1), "the hangup is heard");
+    interrupt(&child, "-HUP");
+    interrupt(&child, "-INT");
+    assert_eq!(end(child), (Some(INTERRUPTED), String::new()));
+    assert!(!bench.path("found").exists());
 }
 
 #[test]

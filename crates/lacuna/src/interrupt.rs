@@ -45,9 +45,10 @@ impl Drop for Cancellable {
 }
 
 /// On SIGINT, SIGTERM and SIGHUP cancel what listens; otherwise exit with 130, after what is being
-/// written is written.
+/// written is written. What whoever started the process had ignored, as `nohup` does with SIGHUP,
+/// stays ignored.
 pub fn exit_when_interrupted() {
-    let exit = || {
+    hear(|| {
         if LISTENS.load(Ordering::SeqCst) && !CANCELLED.swap(true, Ordering::SeqCst) {
             return;
         }
@@ -58,7 +59,31 @@ pub fn exit_when_interrupted() {
             let _ = terminal.write_all(ERASE_LINE);
         }
         std::process::exit(i32::from(INTERRUPTED));
-    };
-    // Refused where a signal is ignored already, as under nohup: then it stays ignored.
-    let _ = ctrlc::try_set_handler(exit);
+    });
+}
+
+/// Call `told` at every signal, from a thread of its own. Where that is refused, signals end the
+/// process as if nobody had asked.
+#[cfg(target_os = "linux")]
+fn hear(told: impl Fn() + Send + 'static) {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let ignored = ignored();
+    let heard = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|s| ignored >> (s - 1) & 1 == 0);
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new(heard) {
+        std::thread::spawn(move || signals.forever().for_each(|_| told()));
+    }
+}
+
+/// Other systems do not tell what is ignored: there all are refused where one is.
+#[cfg(not(target_os = "linux"))]
+fn hear(told: impl Fn() + Send + 'static) {
+    let _ = ctrlc::try_set_handler(told);
+}
+
+/// The signals that are ignored, a bit each from the first (proc(5), SigIgn).
+#[cfg(target_os = "linux")]
+fn ignored() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("SigIgn:"));
+    line.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok()).unwrap_or(0)
 }
