@@ -80,6 +80,9 @@ pub struct Nature {
     pub ideal: &'static [f64],
     /// How far from rest, as a standard deviation, the memory may begin, given its shape.
     pub memory_spread: fn(&[f64], &Scales, &mut [f64]),
+    /// Whether it can be with parameters that their own bounds admit: friction does not drive. None where it always
+    /// can.
+    pub possible: Option<fn(&[f64], &Scales) -> bool>,
     /// Value of its first parameter with which it does nothing: 0 of a force, 1 of a gain, infinite of a limit.
     pub absent: f64,
     /// Of a law between two coordinates the law that each of them has where they do not act on each other;
@@ -99,6 +102,7 @@ impl Nature {
         onset: None,
         ideal: &[0.0],
         memory_spread: |_, scales, spread| spread.fill(0.5 * scales.half_range()),
+        possible: None,
         absent: 0.0,
         apart: None,
         stated: None,

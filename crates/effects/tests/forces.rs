@@ -2,7 +2,7 @@
 
 mod support;
 
-use lacuna_effects::{Acts, At, CATALOGUE, Effect, Law, Range, Variable, find};
+use lacuna_effects::{Acts, At, CATALOGUE, Effect, Law, Range, Scales, Variable, find};
 use support::{CHANNELS, Force, Local};
 
 /// Points of all signs, at rest, slow and fast.
@@ -353,4 +353,17 @@ fn effects_that_act_on_states_alone_are_the_losses() {
     let on_states: Vec<_> =
         CATALOGUE.iter().filter(|e| e.acts == Acts::States).map(|e| e.class).collect();
     assert_eq!(on_states, ["linear_loss", "quadratic_loss", "overflow", "spill"]);
+}
+
+/// Its parameters have either sign, for the friction where the coordinate is 0 may lie outside the range; in the range
+/// it must not be negative.
+#[test]
+fn friction_that_depends_on_position_does_not_drive() {
+    let possible = find("position_friction").unwrap().nature.possible.expect("it is asked");
+    let scales = Scales { q: (1.0, 3.0), ..Scales::default() };
+    for (magnitude, slope, expected) in
+        [(-1.0, 0.6, true), (-1.0, 0.4, false), (1.0, -0.4, true), (-0.1, 0.0, false)]
+    {
+        assert_eq!(possible(&[magnitude, slope, 0.01], &scales), expected, "{magnitude} {slope}");
+    }
 }

@@ -98,12 +98,24 @@ impl Fit<'_> {
         colour(self.residuals.iter().map(Vec::as_slice), fewest)
     }
 
-    /// Log evidence (nats) at a temperature, up to what all fits in the same windows share.
+    /// Log evidence (nats) at a temperature, up to what all fits in the same windows share; none at all of effects
+    /// that cannot be.
     #[must_use]
     pub fn log_evidence(&self, temperature: f64) -> f64 {
+        if !self.is_possible() {
+            return f64::NEG_INFINITY;
+        }
         let occam = self.precision.log_determinant(temperature);
         -0.5 * ((self.chi2 + self.width()) / temperature + self.penalty + occam)
             - self.hypothesis.log_prior_mass()
+    }
+
+    /// Whether each effect can be with its parameters.
+    fn is_possible(&self) -> bool {
+        self.hypothesis.supposed().iter().all(|e| match e.effect.nature.possible {
+            Some(possible) => possible(&e.parameters, &self.problem.scales_of(e)),
+            None => true,
+        })
     }
 
     /// The same with what the fit's end still promises: where it was given up early.

@@ -22,6 +22,14 @@ pub(super) struct Look {
     pub blur: f64,
 }
 
+/// What a further effect is.
+enum Next<'p> {
+    /// It is worth it by itself.
+    Whole(Box<Fit<'p>>, Named),
+    /// The best that were tried, the first of which is but a part of what is left.
+    Part(Vec<Tried<'p>>),
+}
+
 /// A candidate fitted in the place of the next effect.
 pub(super) struct Tried<'p> {
     pub candidate: Candidate,
@@ -44,20 +52,27 @@ impl<'p> Search<'p> {
             }
             self.watch.tell(&format!("looking for effect {}", path.named.len() + 1));
             let seen = look.take().unwrap_or_else(|| self.look(&path.fit));
-            let Some((next, named)) = self.next(&mut path, &seen) else {
+            let found = match self.next(&mut path, &seen) {
+                Some(Next::Whole(fit, named)) => {
+                    self.tell("found", &fit);
+                    path.fit = *fit;
+                    path.named.push(named);
+                    Some(self.apart(path.clone()))
+                }
+                Some(Next::Part(tried)) => self.several(&path, tried, most),
+                None => None,
+            };
+            let Some(found) = found else {
                 self.watch.skips(untried);
                 break;
             };
-            self.tell("found", &next);
-            path.fit = next;
-            path.named.push(named);
-            path = self.apart(path);
+            path = found;
         }
         path
     }
 
     /// The effect that gains most, if it is worth it.
-    fn next(&self, path: &mut Path<'p>, look: &Look) -> Option<(Fit<'p>, Named)> {
+    fn next(&self, path: &mut Path<'p>, look: &Look) -> Option<Next<'p>> {
         let (base, decision) = (&path.fit, &self.decision);
         let further = base.hypothesis.supposed().iter().any(leaves_remainder);
         let mut shortlist = look.shortlist.clone();
@@ -81,7 +96,7 @@ impl<'p> Search<'p> {
         let best = tried.first()?;
         let share = if further { decision.further_share } else { decision.share };
         if !settles(decision, (base, &best.fit), share, look.blur) {
-            return None;
+            return further.then_some(Next::Part(tried));
         }
         if further && let Some(better) = self.better_without(base, &best.fit) {
             self.tell("from there", &better);
@@ -106,7 +121,7 @@ impl<'p> Search<'p> {
         }
         let left = if driven { !gone } else { best.fit.reduced() > decision.explained };
         if leads.iter().any(|l| l.is_beaten(left, decision)) {
-            return None;
+            return Some(Next::Part(tried));
         }
         if gone {
             tried = self.undriven(tried, gained);
@@ -116,16 +131,8 @@ impl<'p> Search<'p> {
             }
         }
         let rivals = self.lengthened(tried, gained);
-        let temperature = rivals[0].fit.temperature();
-        let lead =
-            |t: &Tried| rivals[0].fit.log_evidence(temperature) - t.fit.log_evidence(temperature);
-        let behind = |t: &Tried| Rival {
-            candidate: t.candidate,
-            behind: lead(t),
-            hypothesis: t.fit.hypothesis.clone(),
-        };
-        let named = Named { gain: gained, rivals: rivals.iter().skip(1).map(behind).collect() };
-        Some((rivals.into_iter().next()?.fit, named))
+        let named = named(&rivals, gained);
+        Some(Next::Whole(Box::new(rivals.into_iter().next()?.fit), named))
     }
 
     /// The model without its last effect, begun where that took it, where it is better there than at the
@@ -408,6 +415,18 @@ impl Lead {
         };
         self.fitted - self.remainder < least
     }
+}
+
+/// The first of what was ranked, with the others as its rivals.
+pub(super) fn named(ranked: &[Tried], gain: f64) -> Named {
+    let temperature = ranked[0].fit.temperature();
+    let evidence = |t: &Tried| t.fit.log_evidence(temperature);
+    let rival = |t: &Tried| Rival {
+        candidate: t.candidate,
+        behind: evidence(&ranked[0]) - evidence(t),
+        hypothesis: t.fit.hypothesis.clone(),
+    };
+    Named { gain, rivals: ranked.iter().skip(1).map(rival).collect() }
 }
 
 /// The most evidence first; the temperature at which it is compared. All are judged by what the one

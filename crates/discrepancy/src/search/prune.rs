@@ -55,13 +55,21 @@ impl<'p> Search<'p> {
     /// Take away an effect that says next to nothing of the mismatch, unless the others leave more
     /// than noise and it says most of that, by other variables than theirs: no formula is reality's to a
     /// twentieth, and what is smaller than that beside what the formulas say is their remainder, at
-    /// which many can nibble.
+    /// which many can nibble. Nor are several taken away that together say most of what the others leave (`several`).
     /// The mismatch is that in windows which the model follows: in longer ones it runs away.
     fn drop_remainder(&self, calibrated: &Fit<'p>, path: &mut Path<'p>) -> bool {
         let mismatch = 0.5 * calibrated.excess() * calibrated.count as f64;
-        let gains = path.named.iter().map(|n| n.gain).enumerate();
-        let Some((k, least)) = gains.min_by(|a, b| a.1.total_cmp(&b.1)) else { return false };
-        if least > self.decision.relevant * mismatch {
+        let gain = |k: &usize| path.named[*k].gain;
+        let small = |k: &usize| gain(k) <= self.decision.relevant * mismatch;
+        let small: Vec<usize> = (0..path.named.len()).filter(small).collect();
+        let Some(&k) = small.iter().min_by(|a, b| gain(a).total_cmp(&gain(b))) else {
+            return false;
+        };
+        let others = small.iter().rev().fold(path.fit.hypothesis.clone(), |h, &k| h.without(k));
+        if small.len() > 1
+            && let Ok(others) = path.fit.refit(others, FULL)
+            && self.says_most(&others, &path.fit)
+        {
             return false;
         }
         let Ok(fit) = path.fit.refit(path.fit.hypothesis.clone().without(k), FULL) else {

@@ -175,3 +175,46 @@ fn same(a: &serde_json::Value, b: &serde_json::Value, path: &str) {
         _ => assert_eq!(a, b, "{path}"),
     }
 }
+
+/// A mass on a spring, of which the cubic part, missing, leaves far more than quadratic drag and quadratic stiffness,
+/// of which each is but a part of what is left then.
+#[test]
+fn two_small_laws_are_found_together_beside_a_large_one() {
+    const SPRING: &str = r#"
+name = "spring"
+[parameters]
+d = { value = 0.42, unit = "N s/m", tolerance = 0.3 }
+k = { value = 19.1, unit = "N/m", tolerance = 0.3 }
+[[input]]
+name = "u"
+unit = "N"
+[[coordinate]]
+name = "y"
+velocity = "dy"
+unit = "m"
+[mechanics]
+mass = [["1"]]
+force = ["u - k*y - d*dy"]
+"#;
+    const LAWS: [(&str, &str, f64); 3] = [
+        ("cubic_stiffness", "stiffness", 73.0),
+        ("quadratic_drag", "coefficient", 0.08),
+        ("quadratic_stiffness", "stiffness", -1.5),
+    ];
+    let effect = |(class, name, value): &(&str, &str, f64)| {
+        format!("[[effect]]\nclass = \"{class}\"\nchannel = \"y\"\n{name} = {value}\n")
+    };
+    let (amplitude, frequency) = ((0.3, 0.9), (1.0, 7.0));
+    let bench =
+        Bench { text: SPRING, samples: 2000, amplitude, frequency, noise: 1e-4, ..ON_PENDULUM };
+    let d = conceal(bench, 31, &LAWS.iter().map(effect).collect::<String>());
+    let mut found: Vec<&str> = d.findings.iter().map(|f| &*f.class).collect();
+    found.sort_unstable();
+    assert_eq!(found, LAWS.map(|l| l.0));
+    for (class, name, truth) in LAWS {
+        let f = d.findings.iter().find(|f| f.class == class).expect("it is found");
+        assert!(is_right(&f.parameters[name], truth), "{class}: {:?}, truth {truth}", f.parameters);
+    }
+    let fit = &d.fit.held_out["y"];
+    assert!(fit.rmse_after < 1.2 * fit.noise, "{fit:?}");
+}

@@ -1,0 +1,118 @@
+//! Several further laws at once, of which each alone is but a part of what is left. Beside a formula that says all but
+//! a thousandth, two more may be there, and each takes away less than half of the rest; a force without a formula says
+//! more than either, for it says both.
+
+use super::forward::{Tried, named, rank, settles};
+use super::{Path, Search, candidate_of, chain};
+use crate::candidates::Candidate;
+use crate::likelihood::{Fit, QUICK};
+use crate::screen::Screen;
+use lacuna_effects::Variable;
+
+impl<'p> Search<'p> {
+    /// A path with the best of what was `tried`, a force of its channel's own motion, and with others of the kind that it
+    /// takes beside it to say most of what is left; at most `most` effects in all. Each must say its share of what
+    /// those before it leave.
+    pub(super) fn several(
+        &self,
+        path: &Path<'p>,
+        mut tried: Vec<Tried<'p>>,
+        most: usize,
+    ) -> Option<Path<'p>> {
+        let decision = &self.decision;
+        if path.fit.noise.is_some() || path.fit.reduced() < decision.explained {
+            return None;
+        }
+        self.own_first(&mut tried)?;
+        let rest = self.rest(&path.fit).filter(Rest::is_within_reach)?;
+        let mut found = path.clone();
+        while found.named.len() < most && !self.watch.is_late() {
+            let best = self.own_first(&mut tried)?;
+            let gained = best.fit.gain_over(&found.fit);
+            if !settles(decision, (&found.fit, &best.fit), decision.share, 0.0)
+                || gained < decision.prior_odds
+            {
+                return None;
+            }
+            found.named.push(named(&tried, gained));
+            found.fit = chain::polish(tried.swap_remove(0).fit);
+            let more = found.named.len() - path.named.len();
+            if more > 1 && self.says_rest(&path.fit, &rest, &found.fit) {
+                found.fit = self.lengthen(found.fit);
+                self.tell("found together", &found.fit);
+                return Some(found);
+            }
+            tried = self.fit_all(&found.fit, &self.look(&found.fit).shortlist);
+            rank(&mut tried);
+        }
+        None
+    }
+
+    /// The best of what was tried, where it is a force of its channel's own motion or one is as good, which is put first
+    /// then.
+    fn own_first<'t>(&self, tried: &'t mut [Tried<'p>]) -> Option<&'t Tried<'p>> {
+        let temperature = tried.first()?.fit.temperature();
+        let k = tried.iter().position(|t| is_own(&t.candidate))?;
+        let evidence = |t: &Tried| t.fit.log_evidence(temperature);
+        if evidence(&tried[0]) - evidence(&tried[k]) > self.decision.tie {
+            return None;
+        }
+        tried[..=k].rotate_right(1);
+        tried.first()
+    }
+
+    /// Whether the effects that a fit has beyond another's say what that leaves.
+    pub(super) fn says_most(&self, base: &Fit<'p>, with: &Fit<'p>) -> bool {
+        base.noise.is_none() && self.rest(base).is_some_and(|r| self.says_rest(base, &r, with))
+    }
+
+    /// Whether the effects that a fit has beyond another's, forces of their channel's own motion, say most of what that
+    /// leaves and of what any such force could say; and with the others all of the mismatch to a twentieth, which
+    /// formulas that are not reality's do not.
+    fn says_rest(&self, base: &Fit<'p>, rest: &Rest, with: &Fit<'p>) -> bool {
+        let decision = &self.decision;
+        let before: Vec<_> = base.hypothesis.supposed().iter().map(candidate_of).collect();
+        let mut further = with.hypothesis.supposed().iter().map(candidate_of);
+        let inflation = base.inflation();
+        let says = with.log_evidence(inflation) - base.log_evidence(inflation);
+        further.all(|c| before.contains(&c) || is_own(&c))
+            && settles(decision, (base, with), decision.further_share, 0.0)
+            && with.excess() < rest.exact
+            && says > (1.0 - decision.share) * rest.nats
+    }
+
+    /// What a fit leaves.
+    fn rest(&self, fit: &Fit<'p>) -> Option<Rest> {
+        let named = 0..fit.hypothesis.supposed().len();
+        let alone = named.rev().fold(fit.hypothesis.clone(), |h, k| h.without(k));
+        let mismatch = fit.refit(alone, QUICK).ok()?.excess();
+        let exact = (self.decision.relevant * mismatch).max(self.decision.noise - 1.0);
+        let screen = Screen::new(fit).ok()?;
+        let channels = 0..self.problem.model.channels();
+        let nats = channels.filter_map(|c| screen.remainder(c)).fold(0.0, f64::max);
+        let said = 2.0 * nats * fit.inflation() / fit.count as f64;
+        Some(Rest { nats, left: fit.excess() - said, exact })
+    }
+}
+
+/// Whether a candidate is a force of its channel's own motion.
+fn is_own(c: &Candidate) -> bool {
+    c.says_only(&[Variable::Coordinate, Variable::Velocity])
+}
+
+/// What is left of a mismatch by laws that need not be quite reality's.
+struct Rest {
+    /// Nats that the best force of a channel's own motion gains there.
+    nats: f64,
+    /// Mean square that even such a force leaves.
+    left: f64,
+    /// Mean square that is noise, or next to nothing of the mismatch.
+    exact: f64,
+}
+
+impl Rest {
+    /// Whether forces of a channel's own motion could say all but next to nothing.
+    fn is_within_reach(&self) -> bool {
+        self.left < self.exact
+    }
+}
