@@ -53,11 +53,11 @@ impl<'p> Search<'p> {
             self.watch.tell(&format!("looking for effect {}", path.named.len() + 1));
             let seen = look.take().unwrap_or_else(|| self.look(&path.fit));
             let found = match self.next(&mut path, &seen) {
-                Some(Next::Whole(fit, named)) => {
+                Some(Next::Whole(fit, one)) => {
                     self.tell("found", &fit);
-                    path.fit = *fit;
-                    path.named.push(named);
-                    Some(self.apart(path.clone()))
+                    let mut named = std::mem::take(&mut path.named);
+                    named.push(one);
+                    Some(self.apart(Path { fit: *fit, named }))
                 }
                 Some(Next::Part(tried)) => self.several(&path, tried, most),
                 None => None,
