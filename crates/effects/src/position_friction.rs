@@ -32,7 +32,7 @@ pub(crate) static EFFECT: Effect = Effect {
             shared: |p, _| shared(p[0], 0.0, p[2]),
             begun: |s, _| vec![vec![s[0], 0.0, s[2]]],
         }),
-        // No friction in the middle of the range would be one that drives on one side of it or both.
+        // What is negative in the middle of the range drives over half of it or more.
         possible: Some(|p, scales| p[0] + p[1] * scales.centre() >= 0.0),
         stated: Some(Stated::friction(&[1.0], "the dependence on position")),
         ..Nature::PLAIN

@@ -12,8 +12,8 @@
 //!    is tried as one of its own on each (`apart`).
 //! 3. The same again with it, as long as a further effect says more than a force of the channel's own
 //!    motion without a formula ([`Screen::remainder`](crate::screen::Screen::remainder)): no law is
-//!    exactly reality's; or several that together say most of what such a force does (`several`). Where that leaves more than noise, a rival of the last effect that bars less from
-//!    standing beside it begins anew (`barred`).
+//!    exactly reality's; or several that together say most of what such a force does (`several`). Where that leaves
+//!    more than noise, a rival of the last effect that bars less from standing beside it begins anew (`barred`).
 //! 4. Each effect must be missed when it is taken away, and must beat what else could stand in
 //!    its place.
 //! 5. Folds of the recordings that are left out must not speak against it, nor against what it
