@@ -19,6 +19,9 @@ const LOCAL: f64 = 0.5;
 /// Root mean square residual, in units of the noise, up to which what is left is noise: its standard
 /// deviation is known to a few hundredths.
 const AS_NOISE: f64 = 1.025;
+/// Root mean square residual, in units of the noise that shows from sample to sample, above which a model does not
+/// explain recordings down to that noise, whatever else it may be: noise of twice its variance is another.
+const OVER_NOISE: f64 = 1.5;
 /// Share of a mismatch below which what a formula leaves belongs to its shape: a tenth of the squares is a third
 /// of the amplitude, as between laws of one family.
 const NEARLY: f64 = 0.1;
@@ -29,6 +32,9 @@ const FALLS: f64 = 0.05;
 #[must_use]
 pub fn headline(d: &Diagnosis) -> String {
     match d.verdict {
+        Verdict::NoMismatch if leaves_more_than_noise(d) => {
+            format!("{} explains the recordings as well as anything that was looked for", d.model)
+        }
         Verdict::NoMismatch => format!("{} explains the recordings", d.model),
         Verdict::Miscalibrated => {
             format!("{} has the right physics, with wrong parameters", d.model)
@@ -51,6 +57,10 @@ pub fn headline(d: &Diagnosis) -> String {
 pub fn verdict(d: &Diagnosis) -> String {
     let model = &d.model;
     let (start, link) = match d.verdict {
+        Verdict::NoMismatch if leaves_more_than_noise(d) => (
+            format!("{model} explains the recordings as well as anything that was looked for"),
+            ": ",
+        ),
         Verdict::NoMismatch => (format!("{model} explains the recordings down to the noise"), ": "),
         Verdict::Miscalibrated => {
             let moved: Vec<String> = moved(d).map(|(name, c)| calibration(name, c)).collect();
@@ -84,6 +94,11 @@ pub fn verdict(d: &Diagnosis) -> String {
         None => format!("{start}; no recording was held out to prove it."),
     };
     said + &joints::left_out(d).map_or_else(String::new, |words| format!(" {words}"))
+}
+
+/// Whether an error on held-out recordings is more than the noise that shows from sample to sample.
+pub(crate) fn leaves_more_than_noise(d: &Diagnosis) -> bool {
+    d.fit.held_out.values().any(|f| f.noise > 0.0 && f.rmse_after > OVER_NOISE * f.noise)
 }
 
 /// The held-out channel that tells most: where the model was worst.

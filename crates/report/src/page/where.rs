@@ -14,7 +14,9 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
         "where",
         about,
         html! {
-            @if d.verdict == Verdict::NoMismatch {
+            @if d.verdict == Verdict::NoMismatch && words::leaves_more_than_noise(d) {
+                p { "What the model leaves is more than the noise that shows from sample to sample, but nothing that was looked for explains it." }
+            } @else if d.verdict == Verdict::NoMismatch {
                 p { "The model explains the recordings down to the noise: there is nothing to split up." }
             } @else if !d.ladder.is_empty() { (ladder(d)) }
             (location(d))

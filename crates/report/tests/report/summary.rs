@@ -73,6 +73,14 @@ fn every_verdict_has_a_true_sentence() {
     assert!(
         starts(null()).starts_with("emps explains the recordings down to the noise: the error")
     );
+    let mut far = null();
+    far.fit.held_out.values_mut().for_each(|f| f.rmse_after = 8.0 * f.noise);
+    let far = starts(far);
+    assert!(
+        far.starts_with("emps explains the recordings as well as anything that was looked for:"),
+        "{far}"
+    );
+    assert!(far.contains("8.0 times the noise") && !far.contains("down to the noise"), "{far}");
     let wrong = starts(unexplained());
     assert!(wrong.contains("is wrong in a way that the catalogue does not explain"), "{wrong}");
     let mut d = missing();
