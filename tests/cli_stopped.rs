@@ -11,13 +11,17 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
+const LACUNA: &str = env!("CARGO_BIN_EXE_lacuna");
 /// Exit code of what was interrupted.
 const INTERRUPTED: i32 = 130;
 
 /// Start a command with its output in pipes.
 fn start(bench: &Bench, arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_lacuna"))
-        .args(arguments)
+    spawn(Command::new(LACUNA).args(arguments), bench)
+}
+
+fn spawn(command: &mut Command, bench: &Bench) -> Child {
+    command
         .current_dir(bench.path(""))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -107,15 +111,9 @@ fn files_are_written_together_or_not_at_all() {
 fn under_nohup_a_hangup_is_ignored_and_an_interrupt_is_heard() {
     let (bench, runs) = Bench::with_runs(1..=4);
     let diagnose = arguments(&["diagnose", "model.toml", "--out", "found"], &runs);
-    let child = Command::new("nohup")
-        .arg(env!("CARGO_BIN_EXE_lacuna"))
-        .args(&diagnose)
-        .current_dir(bench.path(""))
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    // Of a terminal as its input it would say that it ignores it.
+    let mut nohup = Command::new("nohup");
+    let child = spawn(nohup.arg(LACUNA).args(&diagnose).stdin(Stdio::null()), &bench);
     let heard = |bits: u64| {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
         let line = status.lines().find_map(|l| l.strip_prefix("SigCgt:")).unwrap().trim();
@@ -172,7 +170,7 @@ fn an_error_that_nobody_hears_is_told_by_the_exit_code() {
 fn a_full_disk_is_told() {
     let (bench, runs) = Bench::with_runs(1..=1);
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_lacuna"))
+    let output = Command::new(LACUNA)
         .args(arguments(&["check", "model.toml"], &runs))
         .current_dir(bench.path(""))
         .stdout(full)

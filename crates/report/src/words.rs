@@ -57,10 +57,7 @@ pub fn headline(d: &Diagnosis) -> String {
 pub fn verdict(d: &Diagnosis) -> String {
     let model = &d.model;
     let (start, link) = match d.verdict {
-        Verdict::NoMismatch if leaves_more_than_noise(d) => (
-            format!("{model} explains the recordings as well as anything that was looked for"),
-            ": ",
-        ),
+        Verdict::NoMismatch if leaves_more_than_noise(d) => (headline(d), ": "),
         Verdict::NoMismatch => (format!("{model} explains the recordings down to the noise"), ": "),
         Verdict::Miscalibrated => {
             let moved: Vec<String> = moved(d).map(|(name, c)| calibration(name, c)).collect();

@@ -110,18 +110,18 @@ impl Fit<'_> {
             - self.hypothesis.log_prior_mass()
     }
 
+    /// The same with what the fit's end still promises: where it was given up early.
+    #[must_use]
+    pub fn hope(&self, temperature: f64) -> f64 {
+        self.log_evidence(temperature) + 0.5 * self.promised / temperature
+    }
+
     /// Whether each effect can be with its parameters.
     fn is_possible(&self) -> bool {
         self.hypothesis.supposed().iter().all(|e| match e.effect.nature.possible {
             Some(possible) => possible(&e.parameters, &self.problem.scales_of(e)),
             None => true,
         })
-    }
-
-    /// The same with what the fit's end still promises: where it was given up early.
-    #[must_use]
-    pub fn hope(&self, temperature: f64) -> f64 {
-        self.log_evidence(temperature) + 0.5 * self.promised / temperature
     }
 
     /// Nats by which this fit is ahead of the same without effect `k`, by the densities that prior and posterior

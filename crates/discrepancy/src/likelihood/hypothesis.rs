@@ -130,6 +130,12 @@ impl Hypothesis {
         self
     }
 
+    /// The same without several of the effects supposed, in their order.
+    #[must_use]
+    pub fn without_all(self, which: impl DoubleEndedIterator<Item = usize>) -> Self {
+        which.rev().fold(self, Self::without)
+    }
+
     /// The same without the effect that stands `k`-th among those supposed.
     #[must_use]
     pub fn without(mut self, k: usize) -> Self {

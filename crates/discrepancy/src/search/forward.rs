@@ -350,20 +350,19 @@ impl<'p> Search<'p> {
             return close;
         }
         rank(&mut long);
-        self.prefer_measured(&mut long);
+        // A constant force and what moves a hidden state before it are the same but for the beginning.
+        self.prefer(&mut long, |c| self.is_measured(c));
         long
     }
 
-    /// Put first what acts on a channel that is measured, where it is as good as what acts on a hidden one: a
-    /// constant force and what moves a hidden state before it are the same but for the beginning.
-    fn prefer_measured(&self, ranked: &mut [Tried<'p>]) {
+    /// Put first the best that is `wanted`, where it is as good as the best of all.
+    pub(super) fn prefer(&self, ranked: &mut [Tried<'p>], wanted: impl Fn(&Candidate) -> bool) {
         let temperature = common_temperature(ranked.iter().map(|t| &t.fit));
-        let measured = |t: &Tried| self.is_measured(&t.candidate);
         let evidence = |t: &Tried| t.fit.log_evidence(temperature);
         let Some(best) = ranked.first() else { return };
         let least = evidence(best) - self.decision.tie;
-        let equal = |t: &Tried| measured(t) && evidence(t) > least;
-        if let (false, Some(k)) = (measured(best), ranked.iter().position(equal)) {
+        let equal = |t: &Tried| wanted(&t.candidate) && evidence(t) > least;
+        if let (false, Some(k)) = (wanted(&best.candidate), ranked.iter().position(equal)) {
             ranked[..=k].rotate_right(1);
         }
     }

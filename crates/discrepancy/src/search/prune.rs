@@ -65,7 +65,7 @@ impl<'p> Search<'p> {
         let Some(&k) = small.iter().min_by(|a, b| gain(a).total_cmp(&gain(b))) else {
             return false;
         };
-        let others = small.iter().rev().fold(path.fit.hypothesis.clone(), |h, &k| h.without(k));
+        let others = path.fit.hypothesis.clone().without_all(small.iter().copied());
         if small.len() > 1
             && let Ok(others) = path.fit.refit(others, FULL)
             && self.says_most(&others, &path.fit)

@@ -19,21 +19,13 @@ impl<'p> Search<'p> {
         mut tried: Vec<Tried<'p>>,
         most: usize,
     ) -> Option<Path<'p>> {
-        let decision = &self.decision;
-        if path.fit.noise.is_some() || path.fit.reduced() < decision.explained {
+        if path.fit.noise.is_some() || path.fit.reduced() < self.decision.explained {
             return None;
         }
-        self.own_first(&mut tried)?;
+        let mut gained = self.gained_by_own(&path.fit, &mut tried)?;
         let rest = self.rest(&path.fit).filter(Rest::is_within_reach)?;
         let mut found = path.clone();
         while found.named.len() < most && !self.watch.is_late() {
-            let best = self.own_first(&mut tried)?;
-            let gained = best.fit.gain_over(&found.fit);
-            if !settles(decision, (&found.fit, &best.fit), decision.share, 0.0)
-                || gained < decision.prior_odds
-            {
-                return None;
-            }
             found.named.push(named(&tried, gained));
             found.fit = chain::polish(tried.swap_remove(0).fit);
             let more = found.named.len() - path.named.len();
@@ -44,21 +36,19 @@ impl<'p> Search<'p> {
             }
             tried = self.fit_all(&found.fit, &self.look(&found.fit).shortlist);
             rank(&mut tried);
+            gained = self.gained_by_own(&found.fit, &mut tried)?;
         }
         None
     }
 
-    /// The best of what was tried, where it is a force of its channel's own motion or one is as good, which is put first
-    /// then.
-    fn own_first<'t>(&self, tried: &'t mut [Tried<'p>]) -> Option<&'t Tried<'p>> {
-        let temperature = tried.first()?.fit.temperature();
-        let k = tried.iter().position(|t| is_own(&t.candidate))?;
-        let evidence = |t: &Tried| t.fit.log_evidence(temperature);
-        if evidence(&tried[0]) - evidence(&tried[k]) > self.decision.tie {
-            return None;
-        }
-        tried[..=k].rotate_right(1);
-        tried.first()
+    /// Nats that the best of what was tried gains, where it is a force of its channel's own motion, or one is as good and
+    /// is put first, and says its share.
+    fn gained_by_own(&self, base: &Fit<'p>, tried: &mut [Tried<'p>]) -> Option<f64> {
+        self.prefer(tried, is_own);
+        let best = tried.first().filter(|t| is_own(&t.candidate))?;
+        let gained = best.fit.gain_over(base);
+        let says = settles(&self.decision, (base, &best.fit), self.decision.share, 0.0);
+        (says && gained >= self.decision.prior_odds).then_some(gained)
     }
 
     /// Whether the effects that a fit has beyond another's say what that leaves.
@@ -84,7 +74,7 @@ impl<'p> Search<'p> {
     /// What a fit leaves.
     fn rest(&self, fit: &Fit<'p>) -> Option<Rest> {
         let named = 0..fit.hypothesis.supposed().len();
-        let alone = named.rev().fold(fit.hypothesis.clone(), |h, k| h.without(k));
+        let alone = fit.hypothesis.clone().without_all(named);
         let mismatch = fit.refit(alone, QUICK).ok()?.excess();
         let exact = (self.decision.relevant * mismatch).max(self.decision.noise - 1.0);
         let screen = Screen::new(fit).ok()?;
