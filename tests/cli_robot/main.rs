@@ -26,6 +26,10 @@ const LOADED: &str = "class = \"load_friction\"\nchannel = \"elbow\"\nother = \"
 const LIGHT: &str = "class = \"coulomb_friction\"\nchannel = \"elbow\"\nmagnitude = 0.25\n\
     smoothing_velocity = 0.05\n[[effect]]\nclass = \"viscous_friction\"\nchannel = \"elbow\"\n\
     coefficient = 0.25\n";
+/// Rubber that the elbow runs into.
+const STOP: &str = "class = \"damped_stop\"\nchannel = \"elbow\"\nstiffness = 400\n\
+    dissipation = 0.5\nposition = 0.44\nside = 1\n";
+
 /// The one finding of a diagnosis.
 fn finding(diagnosis: &Value) -> &Value {
     assert_eq!(diagnosis["verdict"], "missing_physics", "{diagnosis}");
@@ -174,6 +178,21 @@ fn a_light_joint_with_friction_has_no_wrong_actuator() {
 }
 
 /// What is recorded under other names is found, what is not recorded is held still, and nothing is written over.
+/// A stiff stop hangs on where it stands, and the motion that is smoothed where a joint runs into it is the least
+/// right: neither what is left of it is a further law, nor is it a random force.
+#[test]
+fn a_stiff_stop_that_dissipates_has_no_company() {
+    let bench = Bench::new(STOP);
+    let diagnosis = bench.diagnosed();
+    let found = finding(&diagnosis);
+    assert_eq!((&found["class"], &found["channel"]), (&"end_stop".into(), &"elbow".into()));
+    for (name, truth) in [("stiffness", 400.0), ("dissipation", 0.5), ("position", 0.44)] {
+        let (value, _) = parameter(found, name);
+        assert!((value - truth).abs() < 0.1 * truth, "{name}: {found}");
+    }
+    bench.assert_predicts(5.0);
+}
+
 #[test]
 fn a_model_file_is_begun_from_a_robot_and_a_recording() {
     let bench = Bench::new("");

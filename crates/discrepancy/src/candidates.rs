@@ -133,6 +133,23 @@ impl Candidate {
     pub fn shapes(&self, scales: &Scales) -> Vec<Vec<f64>> {
         (self.effect.shapes)(scales)
     }
+
+    /// Shapes for the forces that a measured motion needs: of a law that is not screened, because along a computed
+    /// path it looks like the one that it is a variation of, those of that law written as it.
+    #[must_use]
+    pub fn shapes_of_forces(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let own = self.shapes(scales);
+        let Some(plain) = self.effect.nature.variation_of.filter(|_| own.is_empty()) else {
+            return own;
+        };
+        let (Law::Force(law), Law::Force(of)) = (plain.law, self.effect.law) else { return own };
+        let unit = vec![1.0; law.amplitudes()];
+        let begun = (plain.shapes)(scales).into_iter().flat_map(|shape| {
+            let internal: Vec<f64> = unit.iter().copied().chain(shape).collect();
+            plain.written_as(self.effect, &law.physical(&internal), scales)
+        });
+        begun.map(|physical| of.internal(&physical).split_off(of.amplitudes())).collect()
+    }
 }
 
 #[cfg(test)]

@@ -76,11 +76,10 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
         effects: belief.effects,
         slopes: Slopes::new(problem.model.inputs.len()),
     };
-    let all_candidates = candidates.to_vec();
     let plain: Vec<Candidate> = candidates.iter().filter(|c| is_plain(c)).copied().collect();
-    let candidates = &plain[..];
     let offers = Offers::default();
-    let Some(empty) = Pursuit::new(&columns, &offers, belief) else { return vec![] };
+    let Some(empty) = Pursuit::new(&columns, (&offers, candidates), belief) else { return vec![] };
+    let candidates = &plain[..];
     let mut best = empty.clone().pursued(candidates, tie).heard(&empty, candidates, tie);
     // What is wrong in a sensor, or with a body, passes for many laws of single channels.
     if best.leaves_more_than_noise() {
@@ -96,8 +95,8 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
             }
         }
     }
-    best.refine(&all_candidates);
-    best.obeyed(&all_candidates)
+    best.refine();
+    best.obeyed()
 }
 
 /// The rows of a channel under the noise that is left.
@@ -155,24 +154,26 @@ impl Block {
 
 /// A law that was taken.
 #[derive(Clone)]
-struct Taken {
-    term: Term,
-    columns: Vec<Column>,
-    sd: Vec<f64>,
+pub(super) struct Taken {
+    pub term: Term,
+    pub columns: Vec<Column>,
+    pub sd: Vec<f64>,
 }
 
 /// A set of laws under way.
 #[derive(Clone)]
-struct Pursuit<'a> {
-    columns: &'a Columns<'a>,
-    offers: &'a Offers,
+pub(super) struct Pursuit<'a> {
+    pub columns: &'a Columns<'a>,
+    pub offers: &'a Offers,
+    /// Every law that may be named, those that come after the plain ones among them.
+    pub every: &'a [Candidate],
     /// Columns of the model's own parameters, and their tolerances.
     known: Vec<(Column, f64)>,
     right: Vec<Vec<f64>>,
     blocks: Vec<Option<Block>>,
     /// What does not hang on the laws, as the blocks whiten it.
     quieted: Whitened,
-    taken: Vec<Taken>,
+    pub taken: Vec<Taken>,
     /// The inputs that drive each channel alone.
     inputs_of: Vec<Vec<usize>>,
     /// Nats against every single law.
@@ -188,7 +189,11 @@ struct Whitened {
 }
 
 impl<'a> Pursuit<'a> {
-    fn new(columns: &'a Columns<'a>, offers: &'a Offers, belief: &Belief) -> Option<Self> {
+    fn new(
+        columns: &'a Columns<'a>,
+        (offers, every): (&'a Offers, &'a [Candidate]),
+        belief: &Belief,
+    ) -> Option<Self> {
         let rows = columns.rows;
         let right: Vec<Vec<f64>> = rows
             .iter()
@@ -218,8 +223,18 @@ impl<'a> Pursuit<'a> {
         let prior_odds = belief.prior_odds;
         let taken = vec![];
         let quieted = Whitened::default();
-        let mut this =
-            Self { columns, offers, known, right, blocks, quieted, taken, inputs_of, prior_odds };
+        let mut this = Self {
+            columns,
+            offers,
+            every,
+            known,
+            right,
+            blocks,
+            quieted,
+            taken,
+            inputs_of,
+            prior_odds,
+        };
         this.whiten_known();
         this.quiet()?;
         Some(this)
@@ -250,7 +265,7 @@ impl<'a> Pursuit<'a> {
     }
 
     /// The regression on the model's parameters and some laws.
-    fn base_of(&self, taken: &[&Taken]) -> Option<Regression> {
+    pub(super) fn base_of(&self, taken: &[&Taken]) -> Option<Regression> {
         let laws = taken.iter().flat_map(|t| t.columns.iter().zip(&t.sd));
         let laws: Vec<Column> = laws.map(|(column, sd)| self.whitened(column, *sd)).collect();
         let columns: Vec<&Column> = self.quieted.known.iter().chain(&laws).collect();
@@ -316,14 +331,14 @@ impl<'a> Pursuit<'a> {
     }
 
     /// Whether two laws act on the same channel, each on no other.
-    fn shares(&self, a: &Candidate, b: &Candidate) -> bool {
+    pub(super) fn shares(&self, a: &Candidate, b: &Candidate) -> bool {
         (0..self.blocks.len()).any(|c| self.acts_alone(a, c) && self.acts_alone(b, c))
             || (matches!((a.effect.law, b.effect.law), (Law::Force(_), Law::Force(_)))
                 && a.channel == b.channel)
     }
 
     /// The best shape of a candidate beside what is taken, and nats that it gains, all shapes counted.
-    fn scored(&self, base: &Regression, candidate: &Candidate) -> Option<(Taken, f64)> {
+    pub(super) fn scored(&self, base: &Regression, candidate: &Candidate) -> Option<(Taken, f64)> {
         let problem = self.columns.problem;
         let offer = self.offers.of(self.columns, candidate);
         let (sd, magnitude) = priors(problem, candidate);
@@ -367,7 +382,12 @@ impl<'a> Pursuit<'a> {
     }
 
     /// The same of one shape.
-    fn gain(&self, base: &Regression, t: &Taken, magnitude: bool) -> Option<(f64, Vec<f64>)> {
+    pub(super) fn gain(
+        &self,
+        base: &Regression,
+        t: &Taken,
+        magnitude: bool,
+    ) -> Option<(f64, Vec<f64>)> {
         self.gains(base, std::slice::from_ref(&t.columns), &t.sd, magnitude).pop()?
     }
 
@@ -490,21 +510,24 @@ impl<'a> Pursuit<'a> {
     /// The likeliest laws of every channel by itself, beside those of many.
     fn begin(&mut self, candidates: &[Candidate]) {
         let beside = self.taken.clone();
+        let mut sharp: Vec<Taken> = vec![];
         for _ in 0..2 {
             self.taken.clone_from(&beside);
             let found: Vec<Vec<Taken>> = (0..self.blocks.len())
                 .into_par_iter()
-                .map(|c| self.of_channel(c, candidates))
+                .map(|c| self.of_channel(c, candidates, &sharp))
                 .collect();
             self.taken.extend(found.into_iter().flatten());
             if self.quiet().is_none() {
                 return;
             }
+            sharp = self.at_their_edges();
         }
     }
 
-    /// The likeliest laws of one channel by itself.
-    fn of_channel(&self, c: usize, candidates: &[Candidate]) -> Vec<Taken> {
+    /// The likeliest laws of one channel by itself, of candidates with the shapes on offer and of those that were
+    /// made `sharp`.
+    fn of_channel(&self, c: usize, candidates: &[Candidate], sharp: &[Taken]) -> Vec<Taken> {
         let Some(block) = &self.blocks[c] else { return vec![] };
         let (problem, rows) = (self.columns.problem, &self.columns.rows[c]);
         let whiten = |entries: &[f64]| {
@@ -536,6 +559,12 @@ impl<'a> Pursuit<'a> {
                 let term = Term { candidate: *candidate, shape: shape.clone() };
                 made.push(Taken { term, columns: columns.clone(), sd: sd.clone() });
             }
+        }
+        for law in sharp.iter().filter(|law| self.acts_alone(&law.term.candidate, c)) {
+            let (sd, magnitude) = priors(problem, &law.term.candidate);
+            let own = law.columns.iter().map(|col| whiten(&col[0].1)).collect();
+            subset.offer(law.term.candidate, own, &sd, magnitude);
+            made.push(law.clone());
         }
         let series = |left: &[f64]| colour(series(rows, left).into_iter(), RELIABLE);
         let chosen = subset.likeliest(self.prior_odds, series);
@@ -595,26 +624,38 @@ impl<'a> Pursuit<'a> {
             let scored: Vec<(Taken, f64)> =
                 rivals.par_iter().filter_map(|c| self.scored(&base, c)).collect();
             let here = scored.iter().find(|s| s.0.term.candidate == own).map_or(f64::MIN, |s| s.1);
+            let standing = self.as_it_stands(&base, &self.taken[k]);
             let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-            match best {
-                Some((taken, gain)) if gain > self.prior_odds => {
-                    if gain > here + tie || taken.term.candidate == own {
-                        self.taken[k] = taken;
-                    }
-                    k += 1;
-                }
-                _ => {
+            let better = best.filter(|(taken, gain)| {
+                let least =
+                    if taken.term.candidate == own { standing } else { here.max(standing) + tie };
+                *gain > self.prior_odds && *gain >= least
+            });
+            match better {
+                Some((taken, _)) => self.taken[k] = taken,
+                None if here.max(standing) > self.prior_odds => {}
+                None => {
                     self.taken.remove(k);
+                    continue;
                 }
             }
+            k += 1;
         }
     }
 
+    /// Nats that a law gains with the shape that it has, which was one of as many as are on offer.
+    fn as_it_stands(&self, base: &Regression, law: &Taken) -> f64 {
+        let (_, magnitude) = priors(self.columns.problem, &law.term.candidate);
+        let shapes = self.offers.of(self.columns, &law.term.candidate).shapes.len();
+        self.gain(base, law, magnitude).map_or(f64::MIN, |g| g.0 - (shapes as f64).ln())
+    }
+
     /// Put richer laws of its kind in the place of one where they are worth as much as a law of their own.
-    fn refine(&mut self, candidates: &[Candidate]) {
+    fn refine(&mut self) {
         for k in 0..self.taken.len() {
             let own = self.taken[k].term.candidate;
-            let kin: Vec<&Candidate> = candidates
+            let kin: Vec<&Candidate> = self
+                .every
                 .iter()
                 .filter(|c| c.channel == own.channel && c.effect.is_kin_of(own.effect))
                 .filter(|c| c.effect.nature.variation_of.is_none())
@@ -625,6 +666,7 @@ impl<'a> Pursuit<'a> {
             let scored: Vec<(Taken, f64)> =
                 kin.par_iter().filter_map(|c| self.scored(&base, c)).collect();
             let here = scored.iter().find(|s| s.0.term.candidate == own).map_or(f64::MIN, |s| s.1);
+            let here = here.max(self.as_it_stands(&base, &self.taken[k]));
             let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
             if let Some((taken, _)) = best.filter(|b| b.1 > here + self.prior_odds) {
                 self.taken[k] = taken;
@@ -633,7 +675,7 @@ impl<'a> Pursuit<'a> {
     }
 
     /// What could stand in the place of a law beside the others, the best first.
-    fn rivals(&self, without: &Regression, t: &Taken, candidates: &[Candidate]) -> Vec<Instead> {
+    fn rivals(&self, without: &Regression, t: &Taken) -> Vec<Instead> {
         let own = t.term.candidate;
         let (_, magnitude) = priors(self.columns.problem, &own);
         let Some((here, _)) = self.gain(without, t, magnitude) else {
@@ -644,7 +686,7 @@ impl<'a> Pursuit<'a> {
                 && (is_plain(c) || c.effect.is_kin_of(own.effect))
                 && (own.excludes(c) || self.shares(&own, c))
         };
-        let rivals: Vec<&Candidate> = candidates.iter().filter(kin).collect();
+        let rivals: Vec<&Candidate> = self.every.iter().filter(kin).collect();
         let mut all: Vec<Instead> = rivals
             .par_iter()
             .filter_map(|c| {
@@ -660,7 +702,7 @@ impl<'a> Pursuit<'a> {
         all
     }
 
-    fn obeyed(&self, candidates: &[Candidate]) -> Vec<Obeyed> {
+    fn obeyed(&self) -> Vec<Obeyed> {
         let Some(base) = self.base() else { return vec![] };
         let mut all = vec![];
         for (k, (t, amplitudes)) in
@@ -669,7 +711,7 @@ impl<'a> Pursuit<'a> {
             let others: Vec<&Taken> =
                 self.taken.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t).collect();
             let Some(without) = self.base_of(&others) else { continue };
-            let rivals = self.rivals(&without, t, candidates);
+            let rivals = self.rivals(&without, t);
             let gain = base.evidence - without.evidence;
             all.push(Obeyed { term: t.term.clone(), amplitudes, gain, rivals });
         }

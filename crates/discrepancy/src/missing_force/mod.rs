@@ -55,6 +55,7 @@ mod along;
 mod choice;
 mod columns;
 mod curve;
+mod edges;
 mod evidence;
 mod knots;
 mod laws;

@@ -64,7 +64,8 @@ impl Offer {
             Law::Input(law) => columns.taken_from_input(law, candidate.channel, shape),
             Law::Force(_) | Law::Sensor(_) | Law::Structure(_) => 0.0,
         };
-        let all = candidate.shapes(&scales).into_iter().map(|shape| (taken(&shape), shape));
+        let all =
+            candidate.shapes_of_forces(&scales).into_iter().map(|shape| (taken(&shape), shape));
         let all = all.filter(|(taken, _)| *taken < MOST_TAKEN);
         let (shares, shapes): (Vec<f64>, Vec<Vec<f64>>) = all.unzip();
         Self { columns: columns.of(candidate, &shapes), shares, shapes }

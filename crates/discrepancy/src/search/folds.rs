@@ -47,8 +47,16 @@ impl LeftOut {
         Self { temperature: parts.temperature(), folds }
     }
 
-    /// Whether the folds speak against the fit, compared with `without` in the same windows.
-    pub(super) fn refutes(&self, decision: &Decision, without: &Fit) -> bool {
+    /// Whether the folds speak against the fit `with`, compared with `without` in the same windows, of which it must
+    /// be ahead by `least` nats. Of a change that is large in them a share must come true. They do not touch one
+    /// that is small, and what they say of it are so many nats more or less.
+    pub(super) fn refutes(
+        &self,
+        decision: &Decision,
+        (with, without): (&Fit, &Fit),
+        least: f64,
+    ) -> bool {
+        let ahead = with.gain_over(without);
         let Ok(without) = in_parts(without) else { return false };
         let plain = self.folds.par_iter().map(|fold| without.predicted(&fold.windows, FEW).ok());
         let plain: Vec<Option<Vec<Vec<f64>>>> = plain.collect();
@@ -69,16 +77,18 @@ impl LeftOut {
             }
         }
         let (size, drop) = (total.size / self.temperature, total.drop / self.temperature);
-        let loud = size > 2.0 * decision.prior_odds;
-        drop < -2.0 * decision.tie || (loud && drop < decision.share * size)
+        if size > 2.0 * decision.prior_odds {
+            return drop < decision.share * size;
+        }
+        drop < -2.0 * decision.tie && ahead + 0.5 * drop < least
     }
 }
 
 impl Search<'_> {
     /// Whether folds that are left out speak against `with`, compared with `without` in the same
-    /// windows.
+    /// windows, of which it must be ahead by more than a tie.
     pub(super) fn refuted(&self, without: &Fit, with: &Fit) -> bool {
-        LeftOut::of(with).refutes(&self.decision, without)
+        LeftOut::of(with).refutes(&self.decision, (with, without), self.decision.tie)
     }
 
     /// Mean square error of predictions by a fit that did not know of what it predicts, in windows
@@ -114,7 +124,7 @@ impl Search<'_> {
         for k in (0..path.named.len()).rev() {
             let h = path.fit.hypothesis.clone().without(k);
             let Ok(without) = path.fit.refit(h, FULL) else { continue };
-            if with.refutes(&self.decision, &without) {
+            if with.refutes(&self.decision, (&path.fit, &without), self.decision.prior_odds) {
                 path.named.remove(k);
                 path.fit = chain::polish(without);
                 with = LeftOut::of(&path.fit);
@@ -125,7 +135,7 @@ impl Search<'_> {
             return path;
         }
         let Some(alone) = self.like(&path.fit, calibrated) else { return path };
-        if with.refutes(&self.decision, &alone) {
+        if with.refutes(&self.decision, (&path.fit, &alone), self.decision.prior_odds) {
             return Path { fit: calibrated.clone(), named: vec![] };
         }
         path

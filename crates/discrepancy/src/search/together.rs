@@ -36,6 +36,9 @@ impl<'p> Search<'p> {
             let at = effect.acts.at(on);
             self.watch.tell(&format!("forces show {} {at}: {:.0} nats", effect.words, law.gain));
         }
+        if let Some(found) = self.at_edges_alone(&all) {
+            return Some(found);
+        }
         let (still, all) = self.still(all)?;
         let Quieted { fit, gone } = self.or_tell(self.quieted(&still))?;
         let path = Path { fit, named: self.named(&all) };
@@ -43,6 +46,38 @@ impl<'p> Search<'p> {
             return self.exact(path);
         }
         self.beside_noise(path)
+    }
+
+    /// The search from the laws that have an edge, and those of other channels, where these say nearly all. Where a
+    /// machine runs into a stop its smoothed motion is the least right, and other laws of the channel are taken for
+    /// what that leaves; a filter, too, follows a stop that stands elsewhere, and so the laws begin as the
+    /// differential equation has them in short windows.
+    fn at_edges_alone(&self, all: &[Obeyed]) -> Option<Searched<'p>> {
+        let (still, alone) = self.still(self.without_company_of_edges(all)?)?;
+        let fit = self.or_tell(still.refit(still.hypothesis.clone(), FULL))?;
+        self.tell("at the edges alone", &fit);
+        if fit.reduced() > self.decision.explained {
+            return None;
+        }
+        let Quieted { fit, gone } = self.or_tell(self.quieted(&fit))?;
+        let path = Path { fit, named: self.named(&alone) };
+        if gone { self.exact(path) } else { self.beside_noise(path) }
+    }
+
+    /// The laws that have an edge, and those of channels without one; none where no law has an edge.
+    fn without_company_of_edges(&self, all: &[Obeyed]) -> Option<Vec<Obeyed>> {
+        let has_edge = |law: &&Obeyed| law.term.candidate.effect.nature.edge;
+        let edges = all.iter().filter(has_edge).map(|law| law.term.candidate.channel);
+        let edges: Vec<usize> = edges.collect();
+        let drives = |input: &usize| {
+            edges.iter().any(|c| self.problem.model.inputs_about(*c).contains(input))
+        };
+        let is_company = |law: &Obeyed| {
+            let Candidate { effect, channel, .. } = law.term.candidate;
+            if effect.acts == Acts::Inputs { drives(&channel) } else { edges.contains(&channel) }
+        };
+        let alone = all.iter().filter(|law| has_edge(law) || !is_company(law));
+        (!edges.is_empty()).then(|| alone.cloned().collect())
     }
 
     /// The model with laws as they were found, and which those are: where it runs away even along the windows of the
@@ -254,14 +289,16 @@ impl<'p> Search<'p> {
             }
             let h = path.fit.hypothesis.clone().without(k);
             let Ok(without) = path.fit.refit(h, QUICK) else { continue };
-            if with.refutes(&self.decision, &without) {
+            if with.refutes(&self.decision, (&path.fit, &without), self.decision.prior_odds) {
                 path.named.remove(k);
                 path.fit = without;
                 with = LeftOut::of(&path.fit);
             }
         }
         match self.like(&path.fit, calibrated) {
-            Some(alone) if with.refutes(&self.decision, &alone) => {
+            Some(alone)
+                if with.refutes(&self.decision, (&path.fit, &alone), self.decision.prior_odds) =>
+            {
                 Path { fit: calibrated.clone(), named: vec![] }
             }
             _ => path,
