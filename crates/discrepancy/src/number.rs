@@ -54,6 +54,13 @@ pub fn plain(value: f64, unit: &str) -> String {
     unit_after(text, unit)
 }
 
+/// A value that somebody gave, as it was written: nobody writes more than nine digits, and what comes after them are
+/// the errors of a change of units or frames.
+#[must_use]
+pub fn given(value: f64) -> String {
+    format!("{value:.8e}").parse::<f64>().unwrap_or(value).to_string()
+}
+
 /// A value before and after, to three significant digits each and in the same notation, so
 /// that they compare at a glance: `4.31e-3 → 2.34e-5 m`.
 #[must_use]
@@ -178,6 +185,17 @@ mod tests {
         for (value, expected) in table {
             assert_eq!(plain(value, "m"), expected);
         }
+    }
+
+    #[test]
+    fn what_was_given_is_shown_as_it_was_written() {
+        let computed = 0.1 * 3.0;
+        let table = [(computed, "0.3"), (0.184_923, "0.184923"), (-4.6, "-4.6"), (0.0, "0")];
+        for (value, expected) in table {
+            assert_eq!(given(value), expected);
+        }
+        assert_ne!(computed.to_string(), "0.3");
+        assert_eq!(given(f64::INFINITY), "inf");
     }
 
     #[test]

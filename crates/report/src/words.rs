@@ -1,7 +1,7 @@
 //! What a diagnosis says, in sentences: the summary and the page use the same.
 
 use crate::joints::{self, Kind};
-use crate::number::{change, diverged, estimate, percent, plain, ratio};
+use crate::number::{change, diverged, estimate, given, percent, plain, ratio};
 use lacuna_discrepancy::diagnosis::{
     Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, FormulaFit, ProofOutcome,
     Verdict,
@@ -69,7 +69,9 @@ pub fn verdict(d: &Diagnosis) -> String {
             (format!("Physics is missing from {model}"), ": ")
         }
         Verdict::MissingPhysics => {
-            (format!("{model} lacks {}", list(&named(d, true))), "; with it ")
+            let all = named(d, true);
+            let link = if all.len() > 1 { "; with them " } else { "; with it " };
+            (format!("{model} lacks {}", list(&all)), link)
         }
         Verdict::SensorFault if d.findings.is_empty() => {
             ("A sensor is wrong, not the physics".to_owned(), ": ")
@@ -166,7 +168,7 @@ pub fn moved(d: &Diagnosis) -> impl Iterator<Item = (&str, &Calibration)> {
 #[must_use]
 pub fn calibration(name: &str, c: &Calibration) -> String {
     let value = estimate(c.value, c.std, &c.unit, c.at_bound);
-    format!("{name} is {value} instead of {}{}", c.nominal, shift(c))
+    format!("{name} is {value} instead of {}{}", given(c.nominal), shift(c))
 }
 
 /// Relative change of a parameter, in parentheses; nothing where the model says zero.

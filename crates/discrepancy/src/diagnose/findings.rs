@@ -27,6 +27,9 @@ impl Ladder<'_> {
         let named = self.effects.iter().zip(&self.found.named).enumerate();
         let mut findings: Vec<Finding> =
             named.map(|(k, (e, named))| self.finding(k, e, named, &motion)).collect();
+        for (finding, experiment) in findings.iter_mut().zip(self.experiments()) {
+            finding.experiment = experiment;
+        }
         findings.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         findings
     }
@@ -77,7 +80,8 @@ impl Ladder<'_> {
             evidence: named.gain,
             support,
             curve,
-            experiment: self.experiment(&support, &rivals),
+            // Suggested for all findings at once.
+            experiment: None,
             channel: new.channel,
             other: new.other,
             parameters,
@@ -133,13 +137,16 @@ impl Ladder<'_> {
         in_middle(both, self.decision.explained - 1.0)
     }
 
-    /// What would tell an effect from its first rival, where the recordings leave that open.
-    fn experiment(&self, support: &Support, rivals: &[&Rival]) -> Option<Experiment> {
-        let first = rivals.iter().min_by(|a, b| a.behind.total_cmp(&b.behind))?;
-        if support.log_odds > UNDECIDED {
-            return None;
-        }
-        self.separating(&self.found.chosen.hypothesis, &first.hypothesis)
+    /// What would tell each effect from its first rival, where the recordings leave that open.
+    fn experiments(&self) -> Vec<Option<Experiment>> {
+        let open = |(e, named): (&ModelEffect, &'_ Named)| {
+            let rivals = rivals_of(e, named);
+            let first = rivals.iter().min_by(|a, b| a.behind.total_cmp(&b.behind))?;
+            let support = self.support(named.gain, &rivals);
+            (support.log_odds <= UNDECIDED).then(|| first.hypothesis.clone())
+        };
+        let all: Vec<_> = self.effects.iter().zip(&self.found.named).map(open).collect();
+        self.separating(&self.found.chosen.hypothesis, &all)
     }
 
     /// Names of the channels that an effect depends on.

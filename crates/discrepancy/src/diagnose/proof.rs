@@ -58,11 +58,13 @@ impl Proving<'_> {
         let values = self.model.values();
         let before = (&values[..], &self.model.effects[..]);
         let runs = |data| -> (Vec<(Runs, Runs)>, Integration) {
-            let before = self.runs(data, horizon, before);
-            let after = after.map_or_else(|| before.clone(), |says| self.runs(data, horizon, says));
+            let changed = || after.map(|says| self.runs(data, horizon, says));
+            let (before, after) = rayon::join(|| self.runs(data, horizon, before), changed);
+            let after = after.unwrap_or_else(|| before.clone());
             (before.0.into_iter().zip(after.0).collect(), after.1)
         };
-        let ((held, integration), (train, _)) = (runs(self.held_out), runs(self.training));
+        let ((held, integration), (train, _)) =
+            rayon::join(|| runs(self.held_out), || runs(self.training));
         let all = |data: &Dataset, runs| channel_fits(data, &data.recordings, runs, horizon);
         let fit = Fit {
             held_out: all(self.held_out, &held),
@@ -102,9 +104,10 @@ impl Proving<'_> {
         (parameters, effects): Says,
     ) -> (Vec<Runs>, Integration) {
         let predictor = Predictor::with(self.model, parameters, effects, data);
-        let run = |o: &Observed| Runs {
-            windows: predictor.windowed(o, horizon),
-            free: predictor.free_run(o, warmup(o)),
+        let run = |o: &Observed| {
+            let windows = || predictor.windowed(o, horizon);
+            let (windows, free) = rayon::join(windows, || predictor.free_run(o, warmup(o)));
+            Runs { windows, free }
         };
         (data.recordings.par_iter().map(run).collect(), predictor.integration())
     }

@@ -15,6 +15,9 @@ const SAMPLES: usize = 1500;
 /// An experiment must not drive an output beyond this share of its range so far.
 const REACH: f64 = 1.5;
 
+/// Root mean square difference of an output in units of its noise, and which output.
+type Told = (f64, usize);
+
 /// A sine on one input or imposed coordinate.
 #[derive(Clone, Copy)]
 struct Sine {
@@ -31,19 +34,37 @@ enum Driver {
 }
 
 impl Ladder<'_> {
-    /// The sine, among those that keep the machine near where it has been, for which two fitted
-    /// hypotheses differ most in units of the noise; none where no sine tells them apart.
-    pub(super) fn separating(&self, a: &Hypothesis, b: &Hypothesis) -> Option<Experiment> {
-        let tried: Vec<(f64, usize, Sine)> = self
-            .sines()
-            .into_par_iter()
-            .filter_map(|sine| {
-                let (difference, output) = self.difference(a, b, sine)?;
-                Some((difference, output, sine))
-            })
-            .collect();
-        let best = tried.into_iter().max_by(|x, y| x.0.total_cmp(&y.0))?;
-        let (difference, output, sine) = best;
+    /// For each rival of a fitted hypothesis the sine, among those that keep the machine near where it has been,
+    /// for which the two differ most in units of the noise; none where there is no rival, or no sine tells them
+    /// apart.
+    pub(super) fn separating(
+        &self,
+        chosen: &Hypothesis,
+        rivals: &[Option<Hypothesis>],
+    ) -> Vec<Option<Experiment>> {
+        if rivals.iter().all(Option::is_none) {
+            return vec![None; rivals.len()];
+        }
+        let sines = self.sines();
+        let tried = sines.par_iter().map(|sine| {
+            let here = self.response(chosen, *sine)?;
+            let tell = |rival: &Option<Hypothesis>| {
+                self.difference(&here, &self.response(rival.as_ref()?, *sine)?)
+            };
+            Some(rivals.iter().map(tell).collect::<Vec<_>>())
+        });
+        let tried: Vec<Option<Vec<Option<Told>>>> = tried.collect();
+        let best = |k: usize| {
+            let told = tried.iter().zip(&sines);
+            let told = told.filter_map(|(told, sine)| Some((told.as_ref()?[k]?, *sine)));
+            let (told, sine) = told.max_by(|(x, _), (y, _)| x.0.total_cmp(&y.0))?;
+            self.suggested(sine, told)
+        };
+        (0..rivals.len()).map(best).collect()
+    }
+
+    /// An experiment with a sine that is told by an output.
+    fn suggested(&self, sine: Sine, (difference, output): Told) -> Option<Experiment> {
         let model = self.problem.model;
         let (drive, unit) = match sine.drive {
             Driver::Input(j) => (model.inputs[j].name.clone(), model.inputs[j].unit.clone()),
@@ -80,9 +101,8 @@ impl Ladder<'_> {
         out
     }
 
-    /// Greatest root mean square difference of an output in units of its noise, and the output.
-    fn difference(&self, a: &Hypothesis, b: &Hypothesis, sine: Sine) -> Option<(f64, usize)> {
-        let (x, y) = (self.response(a, sine)?, self.response(b, sine)?);
+    /// Of two responses, the output that differs most.
+    fn difference(&self, x: &[Vec<f64>], y: &[Vec<f64>]) -> Option<Told> {
         let rms = |k: usize| {
             let squares: f64 = x[k].iter().zip(&y[k]).map(|(p, q)| (p - q).powi(2)).sum();
             (squares / x[k].len() as f64).sqrt() * self.problem.weights[k]

@@ -264,12 +264,14 @@ impl Runner for Driving<'_, '_> {
         self.predictor.guess(self.driven.observed, at)
     }
 
+    fn remembers(&self) -> bool {
+        let system = &self.predictor.plain.system;
+        system.width() > system.machine_states()
+    }
+
     fn remember(&self, range: Range<usize>, x0: &[f64], guess: &mut [f64]) {
         let Predictor { model, plain, integration, .. } = self.predictor;
         let machine = model.machine_states();
-        if guess.len() == machine {
-            return;
-        }
         let mut state = x0.to_vec();
         self.predictor.run(plain, self.driven, (range, integration.steps_a_sample), &mut state);
         if state.iter().all(|x| x.is_finite()) {

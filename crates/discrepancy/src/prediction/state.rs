@@ -3,10 +3,11 @@
 use super::{Prediction, Series, windows};
 use crate::dataset::Observed;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A model on one recording, as the fit of a state sees it.
-pub(super) trait Runner {
+pub(super) trait Runner: Sync {
     /// The recording.
     fn observed(&self) -> &Observed;
 
@@ -15,6 +16,11 @@ pub(super) trait Runner {
 
     /// A first guess of the state at a sample.
     fn guess(&self, at: usize) -> Vec<f64>;
+
+    /// Whether effects remember anything.
+    fn remembers(&self) -> bool {
+        false
+    }
 
     /// Write into a guess of the state at the end of `range` what effects remember after a run over it
     /// from the whole state `x0`; nothing where there is no memory.
@@ -148,9 +154,28 @@ pub(super) fn free_run(runner: &impl Runner, warmup: usize) -> Prediction {
 /// of what several springs remember need not find the way.
 pub(super) fn windowed(runner: &impl Runner, horizon: f64) -> Prediction {
     let observed = runner.observed();
+    let ranges = windows(observed, horizon);
+    let runs = if runner.remembers() { in_turn(runner, ranges) } else { at_once(runner, ranges) };
     let mut outputs = vec![Vec::with_capacity(observed.len()); runner.weights().len()];
+    for run in runs {
+        outputs.iter_mut().zip(run).for_each(|(all, part)| all.extend(part));
+    }
+    Prediction { outputs, counted: 0..observed.len() }
+}
+
+/// Runs of which none knows of another.
+fn at_once(runner: &impl Runner, ranges: Vec<Range<usize>>) -> Vec<Series> {
+    let run = |range: Range<usize>| {
+        let x0 = fit_state(runner, range.clone(), runner.guess(range.start));
+        runner.run(range, &x0)
+    };
+    ranges.into_par_iter().map(run).collect()
+}
+
+/// Runs each of which begins with what the one before it ended with.
+fn in_turn(runner: &impl Runner, ranges: Vec<Range<usize>>) -> Vec<Series> {
     let mut before: Option<(usize, Vec<f64>)> = None;
-    for range in windows(observed, horizon) {
+    let run = |range: Range<usize>| {
         let at_rest = runner.guess(range.start);
         let mut guess = at_rest.clone();
         if let Some((start, x0)) = &before {
@@ -159,11 +184,9 @@ pub(super) fn windowed(runner: &impl Runner, horizon: f64) -> Prediction {
         let again = (guess != at_rest).then_some(at_rest);
         let x0 = fit_state_from(runner, &range, guess, again);
         before = Some((range.start, x0.clone()));
-        for (all, part) in outputs.iter_mut().zip(runner.run(range, &x0)) {
-            all.extend(part);
-        }
-    }
-    Prediction { outputs, counted: 0..observed.len() }
+        runner.run(range, &x0)
+    };
+    ranges.into_iter().map(run).collect()
 }
 
 fn damped_step(

@@ -166,9 +166,12 @@ impl<'p> Search<'p> {
             if noise.is_none() || gained < self.decision.prior_odds {
                 return Ok(Quieted { fit, gone: true });
             }
+            let list = |all: &[f64]| -> Vec<String> {
+                all.iter().map(|size| format!("{size:.1e}")).collect()
+            };
+            let (inputs, forces) = (list(&noise.inputs).join(", "), list(&noise.forces).join(", "));
             self.watch.tell(&format!(
-                "noise on inputs {:.3?}, on forces {:.3?}: {gained:.0} nats",
-                noise.inputs, noise.forces
+                "noise on inputs [{inputs}], on forces [{forces}]: {gained:.0} nats"
             ));
             let settled = fit.noise.as_deref().is_some_and(|old| old.is_near(&noise));
             near = Some(Arc::new(noise));

@@ -1,7 +1,7 @@
 //! What is missing: the findings, and the parameters that move.
 
 use super::table::table;
-use crate::number::{estimate, percent, plain};
+use crate::number::{estimate, given, percent, plain};
 use crate::words;
 use lacuna_discrepancy::Diagnosis;
 use lacuna_discrepancy::diagnosis::{Alternative, Calibration, Finding};
@@ -67,7 +67,7 @@ fn calibration(d: &Diagnosis) -> Markup {
         let change = change.trim_matches([' ', '(', ')']).to_owned();
         vec![
             name.clone(),
-            c.nominal.to_string(),
+            given(c.nominal),
             estimate(c.value, c.std, &c.unit, c.at_bound),
             change,
             far.into(),
