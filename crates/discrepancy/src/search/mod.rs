@@ -379,7 +379,7 @@ impl<'p> Search<'p> {
         let one = from.named.len() + 1;
         let path = self.forward(from.clone(), Some(look.clone()), one);
         let mut first = First { from, look, path };
-        if first.path.named.len() == one
+        if first.path.named.len() >= one
             || first.from.fit.reduced() < self.decision.explained
             || self.is_driven(&first.from.fit, driven)
         {
