@@ -139,7 +139,7 @@ impl Ladder<'_> {
 
     /// What would tell each effect from its first rival, where the recordings leave that open.
     fn experiments(&self) -> Vec<Option<Experiment>> {
-        let open = |(e, named): (&ModelEffect, &'_ Named)| {
+        let open = |(e, named): (&ModelEffect, &Named)| {
             let rivals = rivals_of(e, named);
             let first = rivals.iter().min_by(|a, b| a.behind.total_cmp(&b.behind))?;
             let support = self.support(named.gain, &rivals);
