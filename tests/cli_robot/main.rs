@@ -177,7 +177,6 @@ fn a_light_joint_with_friction_has_no_wrong_actuator() {
     assert!(before > 100.0 * after, "{before} {after}");
 }
 
-/// What is recorded under other names is found, what is not recorded is held still, and nothing is written over.
 /// A stiff stop hangs on where it stands, and the motion that is smoothed where a joint runs into it is the least
 /// right: neither what is left of it is a further law, nor is it a random force.
 #[test]
@@ -193,6 +192,7 @@ fn a_stiff_stop_that_dissipates_has_no_company() {
     bench.assert_predicts(5.0);
 }
 
+/// What is recorded under other names is found, what is not recorded is held still, and nothing is written over.
 #[test]
 fn a_model_file_is_begun_from_a_robot_and_a_recording() {
     let bench = Bench::new("");

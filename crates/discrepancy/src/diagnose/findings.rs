@@ -27,7 +27,8 @@ impl Ladder<'_> {
         let named = self.effects.iter().zip(&self.found.named).enumerate();
         let mut findings: Vec<Finding> =
             named.map(|(k, (e, named))| self.finding(k, e, named, &motion)).collect();
-        for (finding, experiment) in findings.iter_mut().zip(self.experiments()) {
+        let experiments = self.experiments(&findings);
+        for (finding, experiment) in findings.iter_mut().zip(experiments) {
             finding.experiment = experiment;
         }
         findings.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -137,16 +138,15 @@ impl Ladder<'_> {
         in_middle(both, self.decision.explained - 1.0)
     }
 
-    /// What would tell each effect from its first rival, where the recordings leave that open.
-    fn experiments(&self) -> Vec<Option<Experiment>> {
-        let open = |(e, named): (&ModelEffect, &Named)| {
-            let rivals = rivals_of(e, named);
-            let first = rivals.iter().min_by(|a, b| a.behind.total_cmp(&b.behind))?;
-            let support = self.support(named.gain, &rivals);
-            (support.log_odds <= UNDECIDED).then(|| first.hypothesis.clone())
-        };
-        let all: Vec<_> = self.effects.iter().zip(&self.found.named).map(open).collect();
-        self.separating(&self.found.chosen.hypothesis, &all)
+    /// What would tell each effect, as it was found, from its first rival, where the recordings leave that open.
+    fn experiments(&self, findings: &[Finding]) -> Vec<Option<Experiment>> {
+        let named = self.effects.iter().zip(&self.found.named).zip(findings);
+        let rivals = named.map(|((e, named), finding)| {
+            let open = finding.support.log_odds <= UNDECIDED;
+            let rivals = rivals_of(e, named).into_iter().filter(|_| open);
+            rivals.min_by(|a, b| a.behind.total_cmp(&b.behind)).map(|first| &first.hypothesis)
+        });
+        self.separating(&self.found.chosen.hypothesis, &rivals.collect::<Vec<_>>())
     }
 
     /// Names of the channels that an effect depends on.

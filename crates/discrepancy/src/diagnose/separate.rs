@@ -40,7 +40,7 @@ impl Ladder<'_> {
     pub(super) fn separating(
         &self,
         chosen: &Hypothesis,
-        rivals: &[Option<Hypothesis>],
+        rivals: &[Option<&Hypothesis>],
     ) -> Vec<Option<Experiment>> {
         if rivals.iter().all(Option::is_none) {
             return vec![None; rivals.len()];
@@ -48,8 +48,8 @@ impl Ladder<'_> {
         let sines = self.sines();
         let tried = sines.par_iter().map(|sine| {
             let here = self.response(chosen, *sine)?;
-            let tell = |rival: &Option<Hypothesis>| {
-                self.difference(&here, &self.response(rival.as_ref()?, *sine)?)
+            let tell = |rival: &Option<&Hypothesis>| {
+                self.difference(&here, &self.response((*rival)?, *sine)?)
             };
             Some(rivals.iter().map(tell).collect::<Vec<_>>())
         });

@@ -39,11 +39,13 @@ impl Pursuit<'_> {
 
     /// The laws that are variations of one, in its place.
     fn variations(&self, own: &Candidate) -> impl Iterator<Item = Candidate> {
-        let (class, channel, other) = (own.effect.class, own.channel, own.other);
-        let varies =
-            move |c: &Candidate| c.effect.nature.variation_of.is_some_and(|of| of.class == class);
-        let here = move |c: &Candidate| (c.channel, c.other) == (channel, other);
-        self.every.iter().copied().filter(move |c| here(c) && varies(c))
+        let own = *own;
+        let varies = move |c: &Candidate| {
+            let of = c.effect.nature.variation_of;
+            (c.channel, c.other) == (own.channel, own.other)
+                && of.is_some_and(|of| of.class == own.effect.class)
+        };
+        self.every.iter().copied().filter(varies)
     }
 
     /// A law with its shape moved to where it gains most.

@@ -510,19 +510,26 @@ impl<'a> Pursuit<'a> {
     /// The likeliest laws of every channel by itself, beside those of many.
     fn begin(&mut self, candidates: &[Candidate]) {
         let beside = self.taken.clone();
-        let mut sharp: Vec<Taken> = vec![];
-        for _ in 0..2 {
-            self.taken.clone_from(&beside);
-            let found: Vec<Vec<Taken>> = (0..self.blocks.len())
-                .into_par_iter()
-                .map(|c| self.of_channel(c, candidates, &sharp))
-                .collect();
-            self.taken.extend(found.into_iter().flatten());
-            if self.quiet().is_none() {
-                return;
-            }
-            sharp = self.at_their_edges();
+        if self.begin_beside(&beside, candidates, &[]).is_some() {
+            let sharp = self.at_their_edges();
+            self.begin_beside(&beside, candidates, &sharp);
         }
+    }
+
+    /// The same under the noise that is known so far; what they leave is known then.
+    fn begin_beside(
+        &mut self,
+        beside: &[Taken],
+        candidates: &[Candidate],
+        sharp: &[Taken],
+    ) -> Option<()> {
+        self.taken = beside.to_vec();
+        let found: Vec<Vec<Taken>> = (0..self.blocks.len())
+            .into_par_iter()
+            .map(|c| self.of_channel(c, candidates, sharp))
+            .collect();
+        self.taken.extend(found.into_iter().flatten());
+        self.quiet()
     }
 
     /// The likeliest laws of one channel by itself, of candidates with the shapes on offer and of those that were
@@ -623,17 +630,15 @@ impl<'a> Pursuit<'a> {
                 .collect();
             let scored: Vec<(Taken, f64)> =
                 rivals.par_iter().filter_map(|c| self.scored(&base, c)).collect();
-            let here = scored.iter().find(|s| s.0.term.candidate == own).map_or(f64::MIN, |s| s.1);
-            let standing = self.as_it_stands(&base, &self.taken[k]);
+            let here = self.gain_here(&base, &self.taken[k], &scored);
             let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
             let better = best.filter(|(taken, gain)| {
-                let least =
-                    if taken.term.candidate == own { standing } else { here.max(standing) + tie };
+                let least = if taken.term.candidate == own { here } else { here + tie };
                 *gain > self.prior_odds && *gain >= least
             });
             match better {
                 Some((taken, _)) => self.taken[k] = taken,
-                None if here.max(standing) > self.prior_odds => {}
+                None if here > self.prior_odds => {}
                 None => {
                     self.taken.remove(k);
                     continue;
@@ -643,11 +648,15 @@ impl<'a> Pursuit<'a> {
         }
     }
 
-    /// Nats that a law gains with the shape that it has, which was one of as many as are on offer.
-    fn as_it_stands(&self, base: &Regression, law: &Taken) -> f64 {
-        let (_, magnitude) = priors(self.columns.problem, &law.term.candidate);
-        let shapes = self.offers.of(self.columns, &law.term.candidate).shapes.len();
-        self.gain(base, law, magnitude).map_or(f64::MIN, |g| g.0 - (shapes as f64).ln())
+    /// Nats that a law gains beside others: as it was scored with them, or with the shape that it has, one of as many
+    /// as are on offer, where that gains more.
+    fn gain_here(&self, base: &Regression, law: &Taken, scored: &[(Taken, f64)]) -> f64 {
+        let own = law.term.candidate;
+        let (_, magnitude) = priors(self.columns.problem, &own);
+        let shapes = self.offers.of(self.columns, &own).shapes.len();
+        let standing = self.gain(base, law, magnitude).map(|g| g.0 - (shapes as f64).ln());
+        let here = scored.iter().find(|s| s.0.term.candidate == own).map(|s| s.1);
+        here.into_iter().chain(standing).fold(f64::MIN, f64::max)
     }
 
     /// Put richer laws of its kind in the place of one where they are worth as much as a law of their own.
@@ -665,8 +674,7 @@ impl<'a> Pursuit<'a> {
             let Some(base) = self.base_of(&others).filter(|_| kin.len() > 1) else { continue };
             let scored: Vec<(Taken, f64)> =
                 kin.par_iter().filter_map(|c| self.scored(&base, c)).collect();
-            let here = scored.iter().find(|s| s.0.term.candidate == own).map_or(f64::MIN, |s| s.1);
-            let here = here.max(self.as_it_stands(&base, &self.taken[k]));
+            let here = self.gain_here(&base, &self.taken[k], &scored);
             let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
             if let Some((taken, _)) = best.filter(|b| b.1 > here + self.prior_odds) {
                 self.taken[k] = taken;

@@ -40,12 +40,14 @@ impl<'p> Search<'p> {
             return Some(found);
         }
         let (still, all) = self.still(all)?;
-        let Quieted { fit, gone } = self.or_tell(self.quieted(&still))?;
-        let path = Path { fit, named: self.named(&all) };
-        if gone {
-            return self.exact(path);
-        }
-        self.beside_noise(path)
+        self.beginning_with(&still, &all)
+    }
+
+    /// The search from a fit with these laws, beside what drives the machine if anything does.
+    fn beginning_with(&self, fit: &Fit<'p>, all: &[Obeyed]) -> Option<Searched<'p>> {
+        let Quieted { fit, gone } = self.or_tell(self.quieted(fit))?;
+        let path = Path { fit, named: self.named(all) };
+        if gone { self.exact(path) } else { self.beside_noise(path) }
     }
 
     /// The search from the laws that have an edge, and those of other channels, where these say nearly all. Where a
@@ -59,9 +61,7 @@ impl<'p> Search<'p> {
         if fit.reduced() > self.decision.explained {
             return None;
         }
-        let Quieted { fit, gone } = self.or_tell(self.quieted(&fit))?;
-        let path = Path { fit, named: self.named(&alone) };
-        if gone { self.exact(path) } else { self.beside_noise(path) }
+        self.beginning_with(&fit, &alone)
     }
 
     /// The laws that have an edge, and those of channels without one; none where no law has an edge.
