@@ -102,8 +102,10 @@ impl Search<'_> {
     /// recordings are; the parameters are kept that run best through whole training recordings.
     pub(super) fn best_length<'p>(&self, fit: Fit<'p>) -> Fit<'p> {
         if fit.reduced() < self.decision.explained || self.watch.skips(untried::LENGTHS) {
-            return fit;
+            return polish(fit);
         }
+        // Parameters that are fitted in windows of other lengths begin near.
+        let fit = improved(fit, FULL);
         // Where a hidden state is at the beginning of a window must be fitted, in the longest ones of all.
         if !fit.problem.hidden().is_empty() {
             return fit.at_level(0, FULL).map_or(fit, polish);

@@ -41,6 +41,7 @@ mod together;
 mod variants;
 
 use crate::candidates::{Candidate, Term, candidates};
+use crate::dataset::Observed;
 use crate::decision::Decision;
 use crate::likelihood::windows::first_level;
 use crate::likelihood::{End, FULL, Fit, FitError, Hypothesis, Problem, QUICK, STILL};
@@ -198,33 +199,50 @@ impl<'p> Search<'p> {
     pub fn run_in(&self, part: &Search, learn_remainder: bool) -> Result<Found<'p>, DiagnoseError> {
         let Searched { path, promise, undriven, coloured, .. } = part.search()?;
         self.watch.tell("fitting all recordings");
-        let in_part = path.fit.excess();
         let (calibrated, floor) = self.calibrated()?;
-        let fit = if path.named.is_empty() {
-            calibrated.clone()
+        let path = if path.named.is_empty() {
+            Path { fit: calibrated.clone(), named: vec![] }
         } else {
-            let begin = || Fit::begin(self.problem, path.fit.hypothesis, self.level);
-            self.lengthen(self.watch.necessarily(begin).map_err(|e| self.failed(e))?)
+            self.beyond(&calibrated, path)?
         };
-        // What showed in the part need not show in all of them.
-        let path = self.simplified(Path { fit, named: path.named });
-        let path = self.beyond_part(&calibrated, path, in_part);
         let searched = Searched { calibrated, path, floor, undriven, promise, coloured };
         self.conclude(searched, learn_remainder)
     }
 
-    /// A path from a part of the recordings, and what shows in all of them alone: looked for where most of the
-    /// mismatch that the path leaves is not that of the part.
-    fn beyond_part(&self, calibrated: &Fit<'p>, path: Path<'p>, in_part: f64) -> Path<'p> {
-        let left = path.fit.excess();
-        let nothing = path.named.is_empty() || path.fit.reduced() < self.decision.explained;
-        if nothing || in_part > (1.0 - self.decision.further_share) * left {
-            return path;
+    /// The path of a part of the recordings in all of them, and what shows there alone.
+    fn beyond(
+        &self,
+        calibrated: &Fit<'p>,
+        Path { fit: part, named }: Path,
+    ) -> Result<Path<'p>, DiagnoseError> {
+        let (all, in_part) = (longest(self.problem), longest(part.problem));
+        // All recordings are fitted as if nothing else drove the machine: windows that filters correct are no measure.
+        let part = match part.noise {
+            Some(_) => {
+                let shortest = (0..self.level).rev().find(|l| in_part >> l >= all >> self.level);
+                part.undriven(shortest.unwrap_or(0), QUICK).unwrap_or(part)
+            }
+            None => part,
+        };
+        // In windows no longer than those of the part.
+        let level = (0..self.level).find(|l| all >> l <= in_part >> part.windowed.level);
+        let begin = |level| Fit::begin(self.problem, part.hypothesis.clone(), level);
+        let begun = begin(level.unwrap_or(self.level));
+        let begun = begun.or_else(|_| self.watch.necessarily(|| begin(self.level)));
+        let begun = begun.map_err(|e| self.failed(e))?;
+        let left = begun.excess();
+        let path = Path { fit: self.lengthen(begun), named };
+        // What showed in the part need not show in all of them.
+        let path = self.simplified(path);
+        // And most of what is left, in windows of the same length, need not be what was left there.
+        let alike = part.excess() > (1.0 - self.decision.further_share) * left;
+        if alike || path.fit.reduced() < self.decision.explained {
+            return Ok(path);
         }
         let named = path.named.len();
         let path = self.forward(path, None, MOST_EFFECTS);
         // What was pruned in the part stays as it is.
-        if path.named.len() > named { self.prune(calibrated, path) } else { path }
+        Ok(if path.named.len() > named { self.prune(calibrated, path) } else { path })
     }
 
     /// The effects that folds do not speak against.
@@ -321,9 +339,11 @@ impl<'p> Search<'p> {
         learn_remainder: bool,
     ) -> Result<Found<'p>, DiagnoseError> {
         let Searched { calibrated, path, floor, undriven, promise, coloured } = searched;
-        let chosen = chain::polish(path.fit);
         // The beginnings of recordings are known no better than their noise.
-        let chosen = if coloured { chosen } else { self.best_length(chosen) };
+        let chosen = match coloured {
+            true => chain::polish(path.fit),
+            false => self.best_length(path.fit),
+        };
         let chosen = chosen.in_finer_steps().unwrap_or(chosen);
         let again = self.watch.necessarily(|| self.like(&chosen, &calibrated));
         let again = again.ok_or_else(|| self.diverges())?;
@@ -467,6 +487,11 @@ pub fn about_nominal<'p>(problem: &'p Problem<'p>) -> Result<Fit<'p>, DiagnoseEr
     let held = Fit::begin(problem, h.clone().held(), first_level(problem.dataset));
     let held = chain::lengthen(held.map_err(diverges)?, Decision::default().window_misfit);
     held.refit(h, STILL).map_err(diverges)
+}
+
+/// Samples of the longest recording.
+fn longest(problem: &Problem) -> usize {
+    problem.dataset.recordings.iter().map(Observed::len).max().unwrap_or(0)
 }
 
 /// The effects of a fit, for a line of progress.
