@@ -65,13 +65,11 @@ impl<'p> Search<'p> {
     /// than noise and it says most of that, by other variables than theirs: no formula is reality's to a
     /// twentieth, and what is smaller than that beside what the formulas say is their remainder, at
     /// which many can nibble. Nor are several taken away that together say most of what the others leave (`several`).
-    /// The mismatch is that in windows which the model follows: in longer ones it runs away.
     fn drop_remainder(&self, calibrated: &Fit<'p>, path: &mut Path<'p>) -> bool {
-        let mismatch = 0.5 * calibrated.excess() * calibrated.count as f64;
-        let gain = |k: &usize| path.named[*k].gain;
-        let small = |k: &usize| gain(k) <= self.decision.relevant * mismatch;
+        let Some(says) = shares(calibrated, &path.fit, self.level) else { return false };
+        let small = |k: &usize| says[*k] <= self.decision.relevant;
         let small: Vec<usize> = (0..path.named.len()).filter(small).collect();
-        let Some(&k) = small.iter().min_by(|a, b| gain(a).total_cmp(&gain(b))) else {
+        let Some(&k) = small.iter().min_by(|a, b| says[**a].total_cmp(&says[**b])) else {
             return false;
         };
         let others = path.fit.hypothesis.clone().without_all(small.iter().copied());
@@ -252,6 +250,23 @@ impl<'p> Search<'p> {
         let Quieted { fit, gone } = self.quieted(&fit).ok()?;
         if gone { self.exactly(&fit).ok() } else { Some(fit) }
     }
+}
+
+/// Of what the effects of a fit say beside a model, the share that is not said without each, in windows that the model
+/// follows: in longer ones it runs away, and what is small there is large beside it. What filters correct is measured
+/// without them, in the shortest windows.
+fn shares(model: &Fit, fit: &Fit, shortest: u32) -> Option<Vec<f64>> {
+    let driven = model.noise.is_some() || fit.noise.is_some();
+    let level = if driven { shortest } else { model.windowed.level.max(fit.windowed.level) };
+    let model = model.undriven(level, QUICK).ok()?;
+    let fit = fit.undriven(level, QUICK).ok()?;
+    let all = model.excess() - fit.excess();
+    let share = |k: usize| {
+        let without = fit.refit(fit.hypothesis.clone().without(k), QUICK);
+        without.map_or(1.0, |without| (without.excess() - fit.excess()) / all)
+    };
+    let supposed = 0..fit.hypothesis.supposed().len();
+    (all > 0.0).then(|| supposed.map(share).collect())
 }
 
 /// Whether a curve is worth giving up a name: it leaves nothing but noise, or little of what the
