@@ -16,7 +16,7 @@ use super::{Proof, duration};
 use crate::dataset::{Dataset, Observed};
 use crate::decision::Decision;
 use crate::diagnosis::{ChannelFit, Fit, Integration, ProofOutcome};
-use crate::prediction::{DEFAULT_WARMUP, Prediction, Predictor, windows};
+use crate::prediction::{Prediction, Predictor, warmup, windows};
 use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
@@ -146,11 +146,6 @@ fn outcome(changes: &[f64], samples: usize, relevant: f64) -> ProofOutcome {
         return if sum > 0.0 { ProofOutcome::Worse } else { ProofOutcome::Better };
     }
     if sum.is_nan() { ProofOutcome::Worse } else { ProofOutcome::Same }
-}
-
-/// Samples that estimate the initial state: of a short recording at most a quarter.
-fn warmup(observed: &Observed) -> usize {
-    DEFAULT_WARMUP.min(observed.len() / 4)
 }
 
 /// Errors on some recordings of a data set, by channel.

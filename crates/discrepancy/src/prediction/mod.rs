@@ -20,6 +20,12 @@ type Series = Vec<Vec<f64>>;
 /// Samples that the error of a free run leaves out: they estimate the initial state.
 pub const DEFAULT_WARMUP: usize = 50;
 
+/// Samples that estimate the initial state of a free run: of a short recording at most a quarter.
+#[must_use]
+pub fn warmup(observed: &Observed) -> usize {
+    DEFAULT_WARMUP.min(observed.len() / 4)
+}
+
 /// Predicted and measured series of one recording.
 #[derive(Clone, Debug)]
 pub struct Prediction {

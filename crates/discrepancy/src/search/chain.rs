@@ -1,7 +1,10 @@
 //! Fits in windows that grow.
 
 use super::{Search, untried};
+use crate::dataset::Observed;
 use crate::likelihood::{Effort, End, FULL, Fit, FitError, Hypothesis, QUICK, STILL};
+use crate::prediction::{Predictor, warmup};
+use rayon::prelude::*;
 
 /// Until nothing is gained.
 const LONG: Effort = Effort { steps: 60, least: 0.05 };
@@ -90,6 +93,19 @@ fn improved(fit: Fit, effort: Effort) -> Fit {
     }
 }
 
+/// Squares of what free runs through the recordings leave, as a proof makes them, in units of the noise.
+fn free_runs(fit: &Fit) -> f64 {
+    let (problem, h) = (fit.problem, &fit.hypothesis);
+    let (model, dataset, steps) = (problem.model, problem.dataset, fit.substeps);
+    let predictor = Predictor::with_substeps(model, &h.parameters, &h.effects, dataset, steps);
+    let left = |o: &Observed| {
+        let run = predictor.free_run(o, warmup(o));
+        let outputs = problem.weights.iter().enumerate();
+        outputs.map(|(k, weight)| run.squares(o, k).0 * weight * weight).sum::<f64>()
+    };
+    dataset.recordings.par_iter().map(left).sum()
+}
+
 impl Search<'_> {
     /// The same hypothesis in the longest windows that it follows.
     pub(super) fn lengthen<'p>(&self, fit: Fit<'p>) -> Fit<'p> {
@@ -110,12 +126,11 @@ impl Search<'_> {
         if !fit.problem.hidden().is_empty() {
             return fit.at_level(0, FULL).map_or(fit, polish);
         }
-        let whole = |f: &Fit| f.anchored(0).map_or(f64::INFINITY, |run| run.chi2);
-        let mut best = (whole(&fit), None);
+        let mut best = (free_runs(&fit), None);
         let mut from = fit.clone();
         for level in (0..=fit.windowed.level + 2).rev() {
             let Ok(moved) = from.anchored(level).and_then(|f| f.moved(LONG)) else { break };
-            let error = whole(&moved);
+            let error = free_runs(&moved);
             if error < best.0 {
                 best = (error, Some(moved.clone()));
             }
