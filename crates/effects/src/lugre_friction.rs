@@ -10,7 +10,7 @@
 //!
 //! which is `static_ratio` when it creeps and 1 when fast. With h = 1 it is Dahl's law. With the energy
 //! `coulomb travel z^2 / 2` of the bristles, `coulomb |v| z^2 / h` dissipates. z changes at the rate
-//! `|v| / travel`: travels that are covered within a sample are not looked for.
+//! `|v| / travel`: travels that are covered well within a sample are not looked for.
 
 use crate::dry_friction::{FAMILY, shared};
 use crate::{
@@ -97,9 +97,9 @@ fn travel_prior(scales: &Scales) -> Prior {
     Prior::order(least + 0.05 * reach, 3.0, (least, least + reach))
 }
 
-/// What the usual motion covers in two samples: at four times the usual speed a sample is then two
-/// time constants of z, which Runge-Kutta's steps still follow. What slips sooner looks like plain
-/// dry friction.
+/// What the usual motion covers in half a sample. Where it turns it is slower, and bristles show that slip within a
+/// sample elsewhere: at four times the usual speed that is eight time constants of z, which a few Runge-Kutta
+/// steps a sample still follow. What slips sooner looks like plain dry friction.
 fn least_travel(scales: &Scales) -> f64 {
-    2.0 * scales.v * scales.step
+    0.5 * scales.v * scales.step
 }
