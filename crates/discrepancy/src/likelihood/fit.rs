@@ -157,9 +157,25 @@ impl<'p> Fit<'p> {
         hypothesis: Hypothesis,
         level: u32,
     ) -> Result<Self, FitError> {
+        let mut steps = problem.substeps(&hypothesis.parameters, &hypothesis.effects, false);
+        loop {
+            match Self::begin_in(problem, hypothesis.clone(), level, steps) {
+                // Steps are chosen where recordings are likely to need the finest, which need not be there.
+                Err(FitError::Diverged(_)) if 2 * steps <= FINEST => steps *= 2,
+                fit => return fit,
+            }
+        }
+    }
+
+    /// The same in so many Runge-Kutta steps a sample.
+    fn begin_in(
+        problem: &'p Problem<'p>,
+        hypothesis: Hypothesis,
+        level: u32,
+        steps: usize,
+    ) -> Result<Self, FitError> {
         let windowed = Windowed::smoothed(problem, level);
         let states = Effort { steps: 4, least: 1.0 };
-        let steps = problem.substeps(&hypothesis.parameters, &hypothesis.effects, false);
         let held = minimise(problem, hypothesis.clone().held(), windowed, (None, steps), states)?;
         minimise(problem, hypothesis, held.windowed, (None, steps), FULL)
     }

@@ -229,7 +229,15 @@ impl<'p> Search<'p> {
         let begin = |level| Fit::begin(self.problem, part.hypothesis.clone(), level);
         let begun = begin(level.unwrap_or(self.level));
         let begun = begun.or_else(|_| self.watch.necessarily(|| begin(self.level)));
-        let begun = begun.map_err(|e| self.failed(e))?;
+        let begun = match begun {
+            Ok(begun) => begun,
+            Err(FitError::Cancelled) => return Err(DiagnoseError::Cancelled),
+            // What cannot be run along all recordings is in none of them.
+            Err(error) => {
+                self.watch.tell(&format!("in all recordings: {error}"));
+                return Ok(Path { fit: calibrated.clone(), named: vec![] });
+            }
+        };
         let left = begun.excess();
         let path = Path { fit: self.lengthen(begun), named };
         // What showed in the part need not show in all of them.
