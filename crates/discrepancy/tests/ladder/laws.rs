@@ -1,7 +1,7 @@
 //! Laws that stand beside simpler ones: each is named where it acts, with its size.
 
 use crate::findings::{conceal, names};
-use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
+use crate::machines::{Bench, ON_CARRIAGE, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnosis::Verdict;
 use lacuna_plants::Model;
 
@@ -107,6 +107,23 @@ fn a_spring_that_softens_is_no_hysteresis() {
     }
 }
 
+/// A spring beside the model's own whose formula the catalogue does not have: what the nearest of it leaves is little
+/// where the model is followed, however much it becomes in the end, and no law of its own.
+#[test]
+fn what_the_nearest_formula_leaves_is_no_further_law() {
+    let text = ON_PENDULUM.text.replace("mgl*sin(q)", "mgl*q");
+    let bench = Bench { text: Box::leak(text.into_boxed_str()), ..ON_PENDULUM };
+    let truth = bench.text.replace("tau ", "tau - 0.2*atan(q/0.3) ");
+    assert_ne!(truth, bench.text);
+    let truth = Model::from_text(&truth, "truth.toml").expect("the truth is right");
+    for seed in 340..344 {
+        let d = diagnosed(&bench.model(), &bench.record(&truth, seed, 3)).diagnosis;
+        let found: Vec<_> = d.findings.iter().map(|f| (&*f.class, &f.depends_on[..])).collect();
+        assert_eq!(found.len(), 1, "seed {seed}: {found:?}");
+        assert_eq!(found[0].1, ["q"], "seed {seed}: {found:?}");
+    }
+}
+
 #[test]
 fn bristles_that_bend_before_they_slip() {
     let truth = effect(
@@ -193,4 +210,19 @@ fn a_sensor_that_shows_nothing_near_zero() {
     assert_eq!(d.findings[0].class, "sensor_dead_zone");
     let width = &d.findings[0].parameters["half_width"];
     assert!((width.value - 0.05).abs() < 4.0 * width.std + 1e-3, "{width:?}");
+}
+
+/// Their travel is less than what the carriage covers from sample to sample, but where it turns. Nothing brings it back
+/// to where it began: how well that is known decides nothing.
+#[test]
+fn bristles_that_slip_within_a_sample() {
+    let truth = effect(
+        "lugre_friction",
+        "x",
+        "coulomb = 0.3\nstatic_ratio = 1.2\nstribeck_velocity = 0.1\ntravel = 0.0028",
+    );
+    for seed in 330..333 {
+        let d = conceal(ON_CARRIAGE, seed, &truth);
+        names(&d, "lugre_friction", "x", &[("coulomb", 0.3), ("travel", 0.0028)]);
+    }
 }

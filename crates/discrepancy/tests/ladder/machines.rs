@@ -85,6 +85,24 @@ mass = [["J"]]
 force = ["kp*(qc - q) - d*dq"]
 "#;
 
+/// A carriage that nothing brings back.
+pub const CARRIAGE: &str = r#"
+name = "carriage"
+[parameters]
+m = { value = 1.0, unit = "kg", tolerance = 0.1 }
+b = { value = 2.0, unit = "N s/m", tolerance = 0.1 }
+[[input]]
+name = "u"
+unit = "N"
+[[coordinate]]
+name = "x"
+velocity = "v"
+unit = "m"
+[mechanics]
+mass = [["m"]]
+force = ["u - b*v"]
+"#;
+
 /// How a machine is driven and watched.
 #[derive(Clone, Copy)]
 pub struct Bench {
@@ -119,6 +137,17 @@ pub const ON_TWO_MASS: Bench = Bench {
     amplitude: (1.0, 4.0),
     frequency: (0.5, 9.0),
     start: 0.05,
+    noise: 3e-4,
+};
+
+pub const ON_CARRIAGE: Bench = Bench {
+    text: CARRIAGE,
+    samples: 1000,
+    step: 0.01,
+    offset: 0.0,
+    amplitude: (0.3, 1.2),
+    frequency: (1.0, 8.0),
+    start: 0.0,
     noise: 3e-4,
 };
 
