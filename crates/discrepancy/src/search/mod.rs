@@ -203,14 +203,14 @@ impl<'p> Search<'p> {
         let path = if path.named.is_empty() {
             Path { fit: calibrated.clone(), named: vec![] }
         } else {
-            self.beyond(&calibrated, path)?
+            self.in_all(&calibrated, path)?
         };
         let searched = Searched { calibrated, path, floor, undriven, promise, coloured };
         self.conclude(searched, learn_remainder)
     }
 
     /// The path of a part of the recordings in all of them, and what shows there alone.
-    fn beyond(
+    fn in_all(
         &self,
         calibrated: &Fit<'p>,
         Path { fit: part, named }: Path,

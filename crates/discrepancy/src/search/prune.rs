@@ -135,8 +135,7 @@ impl<'p> Search<'p> {
         if lead < self.decision.tie {
             return None;
         }
-        let kin =
-            best.candidate.channel == own.channel && best.candidate.effect.is_kin_of(own.effect);
+        let kin = own.excludes(&best.candidate);
         let gained = best.fit.gain_over(without);
         let before = path.fit.hypothesis.clone();
         path.fit = chain::polish(best.fit);
