@@ -157,27 +157,14 @@ impl<'p> Fit<'p> {
         hypothesis: Hypothesis,
         level: u32,
     ) -> Result<Self, FitError> {
-        let mut steps = problem.substeps(&hypothesis.parameters, &hypothesis.effects, false);
-        loop {
-            match Self::begin_in(problem, hypothesis.clone(), level, steps) {
-                // Steps are chosen where recordings are likely to need the finest, which need not be there.
-                Err(FitError::Diverged(_)) if 2 * steps <= FINEST => steps *= 2,
-                fit => return fit,
-            }
-        }
-    }
-
-    /// The same in so many Runge-Kutta steps a sample.
-    fn begin_in(
-        problem: &'p Problem<'p>,
-        hypothesis: Hypothesis,
-        level: u32,
-        steps: usize,
-    ) -> Result<Self, FitError> {
-        let windowed = Windowed::smoothed(problem, level);
         let states = Effort { steps: 4, least: 1.0 };
-        let held = minimise(problem, hypothesis.clone().held(), windowed, (None, steps), states)?;
-        minimise(problem, hypothesis, held.windowed, (None, steps), FULL)
+        let steps = problem.substeps(&hypothesis.parameters, &hypothesis.effects, false);
+        in_finer_steps_at_need(steps, |steps| {
+            let windowed = Windowed::smoothed(problem, level);
+            let (h, driven) = (hypothesis.clone(), (None, steps));
+            let held = minimise(problem, h.clone().held(), windowed, driven.clone(), states)?;
+            minimise(problem, h, held.windowed, driven, FULL)
+        })
     }
 
     /// A hypothesis as it is, along the smoothed motion in windows of a level: what filters begin from.
@@ -346,20 +333,17 @@ impl<'p> Fit<'p> {
         Ok(moved.hypothesis)
     }
 
-    /// Residuals of the windows that are marked, in which only the states are fitted. What diverges in steps that
-    /// were chosen for another theta, and in finer ones does not, is integrated badly and nothing worse.
+    /// Residuals of the windows that are marked, in which only the states are fitted.
     ///
     /// # Errors
     /// [`FitError`].
     pub fn foretold(&self, h: Hypothesis, marked: &[bool]) -> Result<Vec<Vec<f64>>, FitError> {
         let states = Effort { steps: 3, least: 0.3 };
-        let (held, mut steps) = (h.held(), self.substeps);
-        loop {
-            match self.in_part(held.clone(), marked, steps, states) {
-                Err(FitError::Diverged(_)) if 2 * steps <= FINEST => steps *= 2,
-                fit => return Ok(fit?.residuals.to_vec()),
-            }
-        }
+        let held = h.held();
+        let fit = in_finer_steps_at_need(self.substeps, |steps| {
+            self.in_part(held.clone(), marked, steps, states)
+        });
+        Ok(fit?.residuals.to_vec())
     }
 
     /// Another hypothesis in a few of the windows, spread evenly: enough for a guess, whose states
@@ -552,6 +536,20 @@ fn physical_std(e: &ModelEffect, internal: &[f64]) -> Vec<Option<f64>> {
         }
     }
     variance.into_iter().map(|v: f64| (v > 0.0).then(|| v.sqrt())).collect()
+}
+
+/// A fit in so many Runge-Kutta steps a sample, or in finer ones: what diverges in steps that were chosen for another
+/// theta, or elsewhere in the recordings, and in finer ones does not, is integrated badly and nothing worse.
+fn in_finer_steps_at_need<'p>(
+    mut steps: usize,
+    fit: impl Fn(usize) -> Result<Fit<'p>, FitError>,
+) -> Result<Fit<'p>, FitError> {
+    loop {
+        match fit(steps) {
+            Err(FitError::Diverged(_)) if 2 * steps <= FINEST => steps *= 2,
+            ended => return ended,
+        }
+    }
 }
 
 fn minimise<'p>(

@@ -225,30 +225,17 @@ impl<'p> Search<'p> {
     /// Fit each of a shortlist on top of a fit: all of them in short windows, and those that can
     /// still win in the fit's own.
     pub(super) fn fit_all(&self, base: &Fit<'p>, shortlist: &[Scored]) -> Vec<Tried<'p>> {
-        let short = self.shorter(base);
-        let mut tried = self.begun(base, &short, shortlist);
-        self.keep_likely(&mut tried, &short);
-        self.grown(base, &short, tried)
+        self.fit_instead((base, &self.shorter(base)), shortlist, None)
     }
 
-    /// The same of those that can still win against what stands in their place, a hypothesis with it.
+    /// The same, `short` being the fit in short windows, of those that can still win against what stands in their
+    /// place: a candidate, and the hypothesis with it.
     pub(super) fn fit_instead(
         &self,
-        base: &Fit<'p>,
+        (base, short): (&Fit<'p>, &Fit<'p>),
         shortlist: &[Scored],
-        (candidate, with): (Candidate, &Hypothesis),
+        holder: Option<(Candidate, &Hypothesis)>,
     ) -> Vec<Tried<'p>> {
-        let short = self.shorter(base);
-        let mut tried = self.begun(base, &short, shortlist);
-        let own = chain::begin(&short, with.clone());
-        tried.extend(own.ok().map(|fit| Tried { candidate, fit }));
-        self.keep_likely(&mut tried, &short);
-        tried.retain(|t| t.candidate != candidate);
-        self.grown(base, &short, tried)
-    }
-
-    /// Each of a shortlist on top of a fit, in a few of the windows of `short`.
-    fn begun(&self, base: &Fit<'p>, short: &Fit<'p>, shortlist: &[Scored]) -> Vec<Tried<'p>> {
         let begun = shortlist.par_iter().map(|s| {
             let begun = self.beginnings(s, &base.hypothesis).into_iter();
             let fits = begun.map(|h| chain::begin(short, h));
@@ -256,11 +243,14 @@ impl<'p> Search<'p> {
             let best = fits.min_by(|a, b| misfit(a).total_cmp(&misfit(b)));
             (s.term.candidate, best.expect("a fit begins somewhere"))
         });
-        self.told(begun.collect())
-    }
-
-    /// What was begun in a few of the windows of `short`, in those of a fit.
-    fn grown(&self, base: &Fit<'p>, short: &Fit<'p>, tried: Vec<Tried<'p>>) -> Vec<Tried<'p>> {
+        let mut tried = self.told(begun.collect());
+        if let Some((candidate, with)) = holder
+            && let Ok(fit) = chain::begin(short, with.clone())
+        {
+            tried.push(Tried { candidate, fit });
+        }
+        self.keep_likely(&mut tried, short);
+        tried.retain(|t| holder.is_none_or(|(candidate, _)| t.candidate != candidate));
         let grown = tried.into_par_iter().map(|t| (t.candidate, chain::grow(base, short, t.fit)));
         self.told(grown.collect())
     }

@@ -9,14 +9,6 @@ use crate::decision::Decision;
 use crate::likelihood::{FULL, Fit, QUICK};
 use crate::screen::Screen;
 
-/// What has taken the place of an effect.
-enum Swapped {
-    /// Another law of its kind, on the same channel.
-    ForKin,
-    /// Another effect.
-    ForAnother,
-}
-
 impl<'p> Search<'p> {
     /// Take away what is not missed; replace what something else does better.
     pub(super) fn prune(&self, calibrated: &Fit<'p>, mut path: Path<'p>) -> Path<'p> {
@@ -46,16 +38,13 @@ impl<'p> Search<'p> {
             // An effect of a model that leaves nothing but noise may be beyond doubt.
             let decisive = missed > self.decision.beyond_doubt();
             let settled = path.fit.reduced() < self.decision.noise && decisive;
-            let swapped = match settled {
-                true => self.rewrite(path, k, 0.0, |_| true).then_some(Swapped::ForKin),
-                false => self.swap(path, k, &fit),
-            };
-            match swapped {
-                // Another law of its kind says what it said: the others are missed as before.
-                Some(Swapped::ForKin) => {}
-                Some(Swapped::ForAnother) => return true,
-                // Later effects have shared the work of earlier ones.
-                None => path.named[k].gain = missed,
+            // Later effects have shared the work of earlier ones.
+            path.named[k].gain = missed;
+            // Another law of its kind says what it said: the others are missed as before.
+            if settled {
+                self.rewrite(path, k, 0.0, |_| true);
+            } else if self.swap(path, k, &fit) {
+                return true;
             }
         }
         false
@@ -121,19 +110,20 @@ impl<'p> Search<'p> {
         true
     }
 
-    /// Try what else could stand in the place of effect `k`.
-    fn swap(&self, path: &mut Path<'p>, k: usize, without: &Fit<'p>) -> Option<Swapped> {
+    /// Try what else could stand in the place of effect `k`; whether what does is of another kind.
+    fn swap(&self, path: &mut Path<'p>, k: usize, without: &Fit<'p>) -> bool {
         let short = self.shorter(without);
         let own = candidate_of(&path.fit.hypothesis.supposed()[k]);
         let mut shortlist = self.look(&short).shortlist;
         shortlist.retain(|s| s.term.candidate != own);
         shortlist.truncate(3);
-        let mut tried = self.fit_instead(without, &shortlist, (own, &path.fit.hypothesis));
+        let holder = (own, &path.fit.hypothesis);
+        let mut tried = self.fit_instead((without, &short), &shortlist, Some(holder));
         rank(&mut tried);
-        let best = tried.into_iter().next()?;
+        let Some(best) = tried.into_iter().next() else { return false };
         let lead = best.fit.gain_over(&path.fit);
         if lead < self.decision.tie {
-            return None;
+            return false;
         }
         let kin = own.excludes(&best.candidate);
         let gained = best.fit.gain_over(without);
@@ -142,7 +132,7 @@ impl<'p> Search<'p> {
         path.named.remove(k);
         let rival = Rival { candidate: own, behind: lead, hypothesis: before };
         path.named.push(Named { gain: gained, rivals: vec![rival] });
-        Some(if kin { Swapped::ForKin } else { Swapped::ForAnother })
+        !kin
     }
 
     /// A free curve over one variable, where it beats the catalogue's best.

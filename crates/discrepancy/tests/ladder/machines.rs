@@ -142,13 +142,11 @@ pub const ON_TWO_MASS: Bench = Bench {
 
 pub const ON_CARRIAGE: Bench = Bench {
     text: CARRIAGE,
-    samples: 1000,
-    step: 0.01,
-    offset: 0.0,
     amplitude: (0.3, 1.2),
     frequency: (1.0, 8.0),
     start: 0.0,
     noise: 3e-4,
+    ..ON_PENDULUM
 };
 
 pub const ON_TANKS: Bench = Bench {
