@@ -119,6 +119,17 @@ impl Candidate {
         matches!(self.effect.law, Law::Force(_)) && self.effect.depends_on.is_empty()
     }
 
+    /// Whether it is a sensor that says the same too much of whatever it measures.
+    #[must_use]
+    pub fn is_offset(&self) -> bool {
+        let Law::Sensor(law) = self.effect.law else { return false };
+        let truth = [0.0, 3.0, 1.0];
+        let told = law.plain().applied(&[1.0], &[0.0, 1.0, 2.0], &truth);
+        let mut errors = told.iter().zip(truth).map(|(told, truth)| told - truth);
+        let first = errors.next().unwrap_or(0.0);
+        first != 0.0 && errors.all(|error| error == first)
+    }
+
     /// Whether it is a force of the channel's own motion that depends on these variables alone, and remembers
     /// nothing.
     #[must_use]
@@ -154,7 +165,8 @@ impl Candidate {
 
 #[cfg(test)]
 mod tests {
-    use super::candidates;
+    use super::{Candidate, candidates};
+    use lacuna_effects::{CATALOGUE, Effect, Law};
     use lacuna_plants::Model;
 
     /// A level, a speed and a state of no unit that is known.
@@ -192,5 +204,14 @@ mod tests {
             let channels: Vec<usize> = all.iter().filter(of).map(|c| c.channel).collect();
             assert_eq!(channels, [1, 2], "{class}");
         }
+    }
+
+    #[test]
+    fn an_offset_is_the_same_whatever_is_measured() {
+        let sensors = CATALOGUE.iter().filter(|e| matches!(e.law, Law::Sensor(_)));
+        let one = |effect: &&'static Effect| Candidate { effect, channel: 0, other: None };
+        let offsets: Vec<&str> =
+            sensors.map(|e| one(e)).filter(Candidate::is_offset).map(|c| c.effect.class).collect();
+        assert_eq!(offsets, ["sensor_bias"]);
     }
 }

@@ -68,7 +68,9 @@ impl<'a> Ladder<'a> {
         let findings = self.findings();
         let mut notes = self.notes(selected);
         let (handed, proved) = self.proved(selected);
-        let refused = proved.outcome == ProofOutcome::Worse;
+        // Parameters alone are no finding that stands without a proof.
+        let refused =
+            proved.outcome == ProofOutcome::Worse || (proved.harms && findings.is_empty());
         let verdict = if refused { self.verdict_without(&proved) } else { selected };
         let doubted = !refused && self.doubts_sensors();
         if refused {
@@ -80,9 +82,14 @@ impl<'a> Ladder<'a> {
                 "What was found leaves most of the mismatch: the model is handed back unchanged."
                     .to_owned(),
             );
+        } else if proved.harms {
+            notes.push(
+                "With what was found the errors on held-out recordings do not fall: the model is handed back unchanged."
+                    .to_owned(),
+            );
         }
-        let keep = refused || handed == Handed::Given;
-        let proved = if refused { self.proved_as_given(proved) } else { proved };
+        let keep = proved.harms || handed == Handed::Given;
+        let proved = if proved.harms { self.proved_as_given(proved) } else { proved };
         // The location tells what is missing; nothing explains it where the findings are refused.
         let findings = if refused || doubted { vec![] } else { findings };
         notes.extend(inexact(proved.integration));

@@ -10,7 +10,8 @@
 //! D = sum_b (e_a - e_b) > sqrt(sum_b (e_a - e_b)^2),   D / n > relevant
 //! ```
 //!
-//! the first being one standard error of the sum under the hypothesis that neither is better.
+//! the first being one standard error of the sum under the hypothesis that neither is better. Where `D / n > relevant`
+//! alone holds they do not agree, and it is not handed back as an improvement either.
 
 use super::{Proof, duration};
 use crate::dataset::{Dataset, Observed};
@@ -39,6 +40,8 @@ pub(super) struct Proving<'a> {
 /// What the recordings say of them.
 pub(super) struct Proved {
     pub outcome: ProofOutcome,
+    /// Whether predictions became worse all in all, though windows need not agree that they did.
+    pub harms: bool,
     pub fit: Fit,
     pub proofs: Vec<Proof>,
     pub integration: Integration,
@@ -71,12 +74,12 @@ impl Proving<'_> {
             training: all(self.training, &train),
             by_recording: self.by_recording(&held, horizon),
         };
-        let outcome = self.judge(&held, horizon);
+        let (outcome, harms) = self.judge(&held, horizon);
         let recordings = self.held_out.recordings.iter().zip(held);
         let proofs = recordings
             .map(|(o, (b, a))| Proof { observed: o.clone(), before: b.free, after: a.free })
             .collect();
-        Proved { outcome, fit, proofs, integration }
+        Proved { outcome, harms, fit, proofs, integration }
     }
 
     /// The errors on each held-out recording, where there are several.
@@ -112,8 +115,8 @@ impl Proving<'_> {
         (data.recordings.par_iter().map(run).collect(), predictor.integration())
     }
 
-    /// Whether predictions became better or worse, window by window.
-    fn judge(&self, runs: &[(Runs, Runs)], horizon: f64) -> ProofOutcome {
+    /// Whether predictions became better or worse, window by window; and whether worse all in all.
+    fn judge(&self, runs: &[(Runs, Runs)], horizon: f64) -> (ProofOutcome, bool) {
         let data = self.held_out;
         let weights: Vec<f64> = (0..data.outputs.len()).map(|k| data.noise_sd(k).recip()).collect();
         let mut changes: Vec<f64> = vec![];
@@ -136,16 +139,20 @@ impl Proving<'_> {
     }
 }
 
-/// What changes of the weighted squares in each window say.
-fn outcome(changes: &[f64], samples: usize, relevant: f64) -> ProofOutcome {
+/// What changes of the weighted squares in each window say, and whether they are worse all in all.
+fn outcome(changes: &[f64], samples: usize, relevant: f64) -> (ProofOutcome, bool) {
     let sum: f64 = changes.iter().sum();
     let error = changes.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let size = sum.abs() / samples.max(1) as f64;
+    let counts = sum.abs() / samples.max(1) as f64 > relevant;
     // A divergence is worse than any number, and one that ends better.
-    if sum.is_infinite() || (sum.abs() > error && size > relevant) {
-        return if sum > 0.0 { ProofOutcome::Worse } else { ProofOutcome::Better };
-    }
-    if sum.is_nan() { ProofOutcome::Worse } else { ProofOutcome::Same }
+    let agreed = sum.is_infinite() || (counts && sum.abs() > error);
+    let outcome = match (agreed, sum > 0.0) {
+        _ if sum.is_nan() => ProofOutcome::Worse,
+        (true, true) => ProofOutcome::Worse,
+        (true, false) => ProofOutcome::Better,
+        (false, _) => ProofOutcome::Same,
+    };
+    (outcome, outcome == ProofOutcome::Worse || (counts && sum > 0.0))
 }
 
 /// Errors on some recordings of a data set, by channel.
@@ -190,14 +197,15 @@ mod tests {
     #[test]
     fn a_model_is_refused_where_windows_agree_that_it_is_worse() {
         let judge = |changes: &[f64]| outcome(changes, 1000, 0.0025);
-        assert_eq!(judge(&[30.0, 20.0, 25.0]), ProofOutcome::Worse);
-        assert_eq!(judge(&[-30.0, -20.0, -25.0]), ProofOutcome::Better);
-        // One window in three says so, the others do not.
-        assert_eq!(judge(&[30.0, -20.0, -5.0]), ProofOutcome::Same);
+        assert_eq!(judge(&[30.0, 20.0, 25.0]), (ProofOutcome::Worse, true));
+        assert_eq!(judge(&[-30.0, -20.0, -25.0]), (ProofOutcome::Better, false));
+        // One window in three says so, the others do not; all in all they are worse.
+        assert_eq!(judge(&[30.0, -20.0, -5.0]), (ProofOutcome::Same, true));
+        assert_eq!(judge(&[30.0, -30.0, -5.0]), (ProofOutcome::Same, false));
         // They agree, about nothing: a thousandth of the noise.
-        assert_eq!(judge(&[0.3, 0.3, 0.3]), ProofOutcome::Same);
-        assert_eq!(judge(&[f64::INFINITY, -20.0]), ProofOutcome::Worse);
-        assert_eq!(judge(&[f64::NEG_INFINITY, 20.0]), ProofOutcome::Better);
-        assert_eq!(judge(&[f64::NEG_INFINITY, f64::INFINITY]), ProofOutcome::Worse);
+        assert_eq!(judge(&[0.3, 0.3, 0.3]), (ProofOutcome::Same, false));
+        assert_eq!(judge(&[f64::INFINITY, -20.0]), (ProofOutcome::Worse, true));
+        assert_eq!(judge(&[f64::NEG_INFINITY, 20.0]), (ProofOutcome::Better, false));
+        assert_eq!(judge(&[f64::NEG_INFINITY, f64::INFINITY]), (ProofOutcome::Worse, true));
     }
 }

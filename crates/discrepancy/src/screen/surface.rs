@@ -19,11 +19,11 @@ use nalgebra::DMatrix;
 /// Knots along each of two variables.
 const KNOTS: usize = 10;
 /// Knots along a variable that is alone.
-const ALONE: usize = 24;
+const ALONE: usize = 48;
 /// Sizes, relative to the force that moves the channel.
 const SIZES: [f64; 5] = [0.003, 0.01, 0.03, 0.1, 0.3];
 /// Lengths of the kernel, relative to the range of a variable.
-const LENGTHS: [f64; 3] = [0.2, 0.5, 1.5];
+const LENGTHS: [f64; 4] = [0.05, 0.2, 0.5, 1.5];
 
 /// What the Gaussian kernel's matrix lacks to be positive in double precision: a noise of that variance
 /// at every knot.
@@ -44,9 +44,14 @@ struct Axis {
 }
 
 impl Axis {
+    /// Between two knots, relative to the range: nothing shorter shows.
+    fn spacing(&self) -> f64 {
+        1.0 / (self.knots - 1) as f64
+    }
+
     /// Root of a kernel's matrix at the knots.
     fn root(&self, kernel: &dyn Kernel) -> Option<DMatrix<f64>> {
-        let at = |k: usize| [k as f64 / (self.knots - 1) as f64];
+        let at = |k: usize| [k as f64 * self.spacing()];
         let entry = |i, j| kernel.evaluate(&at(i), &at(j)) + if i == j { ROUNDING } else { 0.0 };
         Some(DMatrix::from_fn(self.knots, self.knots, entry).cholesky()?.unpack())
     }
@@ -70,7 +75,8 @@ impl Screen<'_> {
             let mut of_all = vec![DMatrix::identity(1, 1)];
             for axis in axes {
                 let root = |length: &f64| axis.root(&*kernels(*length)[smooth]);
-                let of_axis: Vec<DMatrix<f64>> = LENGTHS.iter().map(root).collect::<Option<_>>()?;
+                let lengths = LENGTHS.iter().filter(|l| **l >= axis.spacing());
+                let of_axis: Vec<DMatrix<f64>> = lengths.map(root).collect::<Option<_>>()?;
                 let beside =
                     |r: &DMatrix<f64>| of_axis.iter().map(|a| r.kronecker(a)).collect::<Vec<_>>();
                 of_all = of_all.iter().flat_map(beside).collect();

@@ -120,16 +120,14 @@ impl Search<'_> {
             return path;
         }
         let mut path = self.simplified(path);
-        let mut with = LeftOut::of(&path.fit);
-        for k in (0..path.named.len()).rev() {
-            let h = path.fit.hypothesis.clone().without(k);
-            let Ok(without) = path.fit.refit(h, FULL) else { continue };
-            if with.refutes(&self.decision, (&path.fit, &without), self.decision.prior_odds) {
-                path.named.remove(k);
-                path.fit = chain::polish(without);
-                with = LeftOut::of(&path.fit);
+        // What was not refuted beside an effect that was must stand without it.
+        let with = loop {
+            let before = path.named.len();
+            let with = self.refute_each(&mut path);
+            if path.named.len() == before {
+                break with;
             }
-        }
+        };
         // A single effect was left out alone already.
         if path.named.len() < 2 {
             return path;
@@ -139,6 +137,24 @@ impl Search<'_> {
             return Path { fit: calibrated.clone(), named: vec![] };
         }
         path
+    }
+
+    /// Take away each effect that is not missed or that folds speak against, the last first; what the path predicts
+    /// of the folds in the end.
+    fn refute_each(&self, path: &mut Path) -> LeftOut {
+        let least = self.decision.prior_odds;
+        let mut with = LeftOut::of(&path.fit);
+        for k in (0..path.named.len()).rev() {
+            let h = path.fit.hypothesis.clone().without(k);
+            let Ok(without) = path.fit.refit(h, FULL) else { continue };
+            let missed = path.fit.gain_over(&without) > least;
+            if !missed || with.refutes(&self.decision, (&path.fit, &without), least) {
+                path.named.remove(k);
+                path.fit = chain::polish(without);
+                with = LeftOut::of(&path.fit);
+            }
+        }
+        with
     }
 
     /// Simpler laws where a richer one does not lead them, or folds speak against it beside them.
@@ -164,10 +180,10 @@ impl Search<'_> {
     }
 }
 
-/// A fit in windows of which some can be left out: one window has no parts.
+/// A fit in windows of which some can be left out: those of few recordings are parts of them.
 fn in_parts<'p>(fit: &Fit<'p>) -> Result<Fit<'p>, FitError> {
     const LEVEL: u32 = 2;
-    if fit.windowed.windows.len() > 1 || fit.windowed.level >= LEVEL {
+    if fit.windowed.windows.len() >= FOLDS || fit.windowed.level >= LEVEL {
         return Ok(fit.clone());
     }
     fit.states_at(LEVEL)
@@ -176,13 +192,13 @@ fn in_parts<'p>(fit: &Fit<'p>) -> Result<Fit<'p>, FitError> {
 /// Folds of a fit's windows: for each, which windows are left out.
 fn folds(fit: &Fit) -> Vec<Vec<bool>> {
     let windows = &fit.windowed.windows;
-    // Recordings in turn; of a single one, contiguous windows.
-    let of: Vec<usize> = if windows.len() > 1 {
-        windows.iter().enumerate().flat_map(|(r, w)| vec![r % FOLDS; w.len()]).collect()
-    } else {
-        let count = windows[0].len();
-        (0..count).map(|k| k * FOLDS / count).collect()
+    // Recordings in turn; of a few, contiguous windows: half of them do not tell what all do.
+    let parts = FOLDS.div_ceil(windows.len());
+    let part = |(r, w): (usize, &Vec<_>)| {
+        let count = w.len();
+        (0..count).map(move |k| (r * parts + k * parts / count) % FOLDS).collect::<Vec<_>>()
     };
+    let of: Vec<usize> = windows.iter().enumerate().flat_map(part).collect();
     let used = (0..FOLDS).filter(|f| of.contains(f));
     used.map(|f| of.iter().map(|o| *o == f).collect()).collect()
 }

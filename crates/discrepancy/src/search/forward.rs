@@ -6,7 +6,7 @@ use crate::decision::Decision;
 use crate::likelihood::evidence::common_temperature;
 use crate::likelihood::{Fit, FitError, Hypothesis, QUICK, STILL};
 use crate::screen::{Scored, Screen};
-use lacuna_effects::Law;
+use lacuna_effects::{Law, Variable};
 use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
@@ -513,10 +513,13 @@ pub(super) fn says_alike(e: &ModelEffect, c: &Candidate) -> bool {
 }
 
 /// Whether an unknown function covers all that a candidate could say: a law of the same single
-/// variable on the same channel.
+/// variable on the same channel, or an offset of its sensor, which moves the curve along and no more.
 pub(super) fn curve_covers(e: &ModelEffect, c: &Candidate) -> bool {
     if e.over().is_none() || e.channel != c.channel {
         return false;
+    }
+    if c.is_offset() {
+        return e.over() == Some(Variable::Coordinate);
     }
     let over = e.effect.variables(&e.parameters);
     over.iter().any(|v| c.says_only(&[*v]))

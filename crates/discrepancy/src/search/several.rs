@@ -2,12 +2,13 @@
 //! a thousandth, two more may be there, and each takes away less than half of the rest; a force without a formula says
 //! more than either, for it says both.
 
-use super::forward::{Tried, named, rank, settles};
+use super::forward::{Tried, named, rank, says_alike, settles};
 use super::{Path, Search, candidate_of, chain};
 use crate::candidates::Candidate;
 use crate::likelihood::{Fit, QUICK};
 use crate::screen::Screen;
 use lacuna_effects::Variable;
+use lacuna_plants::model::ModelEffect;
 
 impl<'p> Search<'p> {
     /// A path with the best of what was `tried`, a force of its channel's own motion, and with others of the kind that it
@@ -58,17 +59,22 @@ impl<'p> Search<'p> {
 
     /// Whether the effects that a fit has beyond another's, forces of their channel's own motion, say most of what that
     /// leaves and of what any such force could say; and with the others all of the mismatch to a twentieth, which
-    /// formulas that are not reality's do not.
+    /// formulas that are not reality's do not. What says with another but one curve is worth its price beside that.
     fn says_rest(&self, base: &Fit<'p>, rest: &Rest, with: &Fit<'p>) -> bool {
         let decision = &self.decision;
-        let before: Vec<_> = base.hypothesis.supposed().iter().map(candidate_of).collect();
-        let mut further = with.hypothesis.supposed().iter().map(candidate_of);
+        let before = base.hypothesis.supposed();
+        let is_new = |e: &&ModelEffect| before.iter().all(|b| candidate_of(b) != candidate_of(e));
+        let further: Vec<_> = with.hypothesis.supposed().iter().filter(is_new).collect();
         let inflation = base.inflation();
         let says = with.log_evidence(inflation) - base.log_evidence(inflation);
-        further.all(|c| before.contains(&c) || is_own(&c))
+        let least = match is_curve(before, &further) {
+            true => rest.nats + further.len() as f64 * decision.prior_odds,
+            false => (1.0 - decision.share) * rest.nats,
+        };
+        further.iter().all(|e| is_own(&candidate_of(e)))
             && settles(decision, (base, with), decision.further_share, 0.0)
             && with.excess() < rest.exact
-            && says > (1.0 - decision.share) * rest.nats
+            && says > least
     }
 
     /// What a fit leaves.
@@ -88,6 +94,13 @@ impl<'p> Search<'p> {
 /// Whether a candidate is a force of its channel's own motion.
 fn is_own(c: &Candidate) -> bool {
     c.says_only(&[Variable::Coordinate, Variable::Velocity])
+}
+
+/// Whether all further effects are with one that was there but a curve over its variable.
+fn is_curve(before: &[ModelEffect], further: &[&ModelEffect]) -> bool {
+    let over_one = |e: &&ModelEffect| e.effect.variables(&e.parameters).len() == 1;
+    let all_alike = |e: &ModelEffect| further.iter().all(|f| says_alike(e, &candidate_of(f)));
+    before.iter().filter(over_one).any(all_alike)
 }
 
 /// What is left of a mismatch by laws that need not be quite reality's.

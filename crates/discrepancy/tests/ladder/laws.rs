@@ -107,20 +107,66 @@ fn a_spring_that_softens_is_no_hysteresis() {
     }
 }
 
-/// A spring beside the model's own whose formula the catalogue does not have: what the nearest of it leaves is little
-/// where the model is followed, however much it becomes in the end, and no law of its own.
+/// A machine whose model is right but for a spring of this formula, which the catalogue does not have.
+fn beside_a_spring(model: &str, formula: &str) -> (Bench, Model) {
+    let bench = Bench { text: Box::leak(model.to_owned().into_boxed_str()), ..ON_PENDULUM };
+    let truth = model.replace("tau ", &format!("tau - {formula} "));
+    assert_ne!(truth, bench.text);
+    (bench, Model::from_text(&truth, "truth.toml").expect("the truth is right"))
+}
+
+/// What the nearest formula leaves of another is little where the model is followed, however much it becomes in the end,
+/// and no law of its own.
 #[test]
 fn what_the_nearest_formula_leaves_is_no_further_law() {
-    let text = ON_PENDULUM.text.replace("mgl*sin(q)", "mgl*q");
-    let bench = Bench { text: Box::leak(text.into_boxed_str()), ..ON_PENDULUM };
-    let truth = bench.text.replace("tau ", "tau - 0.2*atan(q/0.3) ");
-    assert_ne!(truth, bench.text);
-    let truth = Model::from_text(&truth, "truth.toml").expect("the truth is right");
+    let linear = ON_PENDULUM.text.replace("mgl*sin(q)", "mgl*q");
+    let (bench, truth) = beside_a_spring(&linear, "0.2*atan(q/0.3)");
     for seed in 340..344 {
         let d = diagnosed(&bench.model(), &bench.record(&truth, seed, 3)).diagnosis;
         let found: Vec<_> = d.findings.iter().map(|f| (&*f.class, &f.depends_on[..])).collect();
         assert_eq!(found.len(), 1, "seed {seed}: {found:?}");
         assert_eq!(found[0].1, ["q"], "seed {seed}: {found:?}");
+    }
+}
+
+/// Nor are several laws together, which with the first are but a curve of its variable.
+#[test]
+fn a_formula_is_not_spelled_in_three_laws() {
+    let (bench, truth) = beside_a_spring(ON_PENDULUM.text, "0.5*q/(1+abs(q)/0.3)");
+    for seed in [340, 343] {
+        let d = diagnosed(&bench.model(), &bench.record(&truth, seed, 3)).diagnosis;
+        let found: Vec<_> = d.findings.iter().map(|f| f.class.as_str()).collect();
+        assert_eq!(found, ["cubic_stiffness"], "seed {seed}");
+        let fit = &d.fit.held_out["q"];
+        assert!(fit.rmse_after < 0.1 * fit.rmse_before, "seed {seed}: {fit:?}");
+    }
+}
+
+/// A curve that is learned from half of the motion says nothing of the other half: what speaks against it when most of
+/// it is known must show in a smaller part.
+#[test]
+fn a_spring_that_no_formula_comes_near_is_a_curve() {
+    let (bench, truth) = beside_a_spring(ON_PENDULUM.text, "0.3*q*exp(-(q/0.8)^2)");
+    let d = diagnosed(&bench.model(), &bench.record(&truth, 342, 3)).diagnosis;
+    let found: Vec<_> = d.findings.iter().map(|f| (&*f.class, &f.depends_on[..])).collect();
+    assert_eq!(found, [("unknown_function", &["q".to_owned()][..])]);
+    let fit = &d.fit.held_out["q"];
+    assert!(fit.rmse_after < 1.5 * fit.noise, "{fit:?}");
+}
+
+/// What the knots of a curve cannot follow is neither an offset of the sensor nor another law.
+#[test]
+fn what_a_curve_cannot_follow_is_no_further_law() {
+    let truth = ON_CARRIAGE.text.replace("u - b*v", "u - b*v + 0.5*exp(-((x + 0.05)/0.1)^2)");
+    assert_ne!(truth, ON_CARRIAGE.text);
+    let truth = Model::from_text(&truth, "truth.toml").expect("the truth is right");
+    for seed in 350..354 {
+        let recordings = ON_CARRIAGE.record(&truth, seed, 3);
+        let d = diagnosed(&ON_CARRIAGE.model(), &recordings).diagnosis;
+        let found: Vec<_> = d.findings.iter().map(|f| (&*f.class, &f.depends_on[..])).collect();
+        assert_eq!(found, [("unknown_function", &["x".to_owned()][..])], "seed {seed}");
+        let fit = &d.fit.held_out["x"];
+        assert!(fit.rmse_after < 1.2 * fit.noise, "seed {seed}: {fit:?}");
     }
 }
 
