@@ -1,8 +1,8 @@
 //! A hidden resonance (a mass on a spring hung on the coordinate): `mass a, a = frequency^2 (y - q) + 2 damping_ratio frequency (y' - v), y'' = -a`.
 
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable,
+    Acts, At, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior,
+    Range, Scales, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -19,8 +19,11 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&HiddenResonance),
     priors,
     shapes,
-    nature: Nature { memory_spread, ..Nature::PLAIN },
+    nature: Nature { kin: Some(Kin::of(&RESONANCES)), memory_spread, ..Nature::PLAIN },
 };
+
+/// Of a mass that hangs on the coordinate by a spring, and one that the model fixed to it, one is there.
+pub(crate) static RESONANCES: Family = Family { words: "a mass on a spring" };
 
 #[derive(Debug)]
 struct HiddenResonance;
@@ -44,29 +47,36 @@ impl ForceLaw for HiddenResonance {
     }
 }
 
-fn priors(scales: &Scales) -> Vec<Prior> {
-    let rate = scales.rate();
-    let frequency = Prior::order(3.0 * rate, 1.8, (0.8 * rate, 15.0 * rate));
+pub(crate) fn priors(scales: &Scales) -> Vec<Prior> {
+    let (slowest, fastest) = band(scales);
     vec![
         Prior::magnitude(0.3 * scales.force / scales.acceleration),
-        frequency,
+        Prior::order((slowest * fastest).sqrt(), 1.8, (0.8 * slowest, 1.3 * fastest)),
         Prior::order(0.05, 2.0, (0.005, 0.25)),
     ]
 }
 
-fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
-    let slowest = scales.v / scales.half_range();
-    let frequencies = (0..21).map(move |k| slowest * 1.13f64.powi(k));
+pub(crate) fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
+    let (slowest, fastest) = band(scales);
+    let frequencies = (0..64).map(|k| slowest * 1.13f64.powi(k)).take_while(|w| *w <= fastest);
     frequencies.flat_map(|w| [0.02, 0.07, 0.2].map(|damping| vec![w, damping])).collect()
 }
 
-fn memory_spread(_shape: &[f64], scales: &Scales, spread: &mut [f64]) {
+/// Frequencies that could show: from that at which the coordinate moves through its range to a decade above it, or above
+/// that of its accelerations, where nothing brings it back; at a dozen samples a period it ends.
+fn band(scales: &Scales) -> (f64, f64) {
+    let slowest = scales.rate();
+    let highest = (scales.acceleration / scales.v).max(slowest);
+    (slowest, (11.6 * slowest).max((8.0 * highest).min(0.5 / scales.step)))
+}
+
+pub(crate) fn memory_spread(_shape: &[f64], scales: &Scales, spread: &mut [f64]) {
     spread.copy_from_slice(&[0.5 * scales.half_range(), 0.7 * scales.v]);
 }
 
 /// Acceleration with which the hung mass pulls, per unit of its mass.
 #[inline(always)]
-fn pull<T: Number>(shape: &[T], at: &At<T>) -> T {
+pub(crate) fn pull<T: Number>(shape: &[T], at: &At<T>) -> T {
     let (w, damping) = (shape[0], shape[1]);
     w * w * (at.memory[0] - at.q()) + damping * 2.0 * w * (at.memory[1] - at.v())
 }

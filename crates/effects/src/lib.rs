@@ -45,6 +45,7 @@ mod damped_stop;
 mod dead_zone;
 mod dry_friction;
 mod effect;
+mod elastic_drive;
 mod end_stop;
 mod family;
 mod gain_error;
@@ -138,6 +139,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &backlash::EFFECT,
     &viscoelastic::EFFECT,
     &hidden_resonance::EFFECT,
+    &elastic_drive::EFFECT,
     &periodic_disturbance::EFFECT,
     &step_change::EFFECT,
     &linear_loss::EFFECT,

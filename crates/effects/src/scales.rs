@@ -15,6 +15,8 @@ pub struct Scales {
     pub acceleration: f64,
     /// Standard deviation of the force that moves it.
     pub force: f64,
+    /// What the force moves by itself: its inertia in the model, 1 of a first-order state.
+    pub inertia: f64,
     /// The other channel of a coupling: half its range, its velocity and its force.
     pub other: (f64, f64, f64),
     /// The difference of its coordinate and that of the other channel: half its range, and the
@@ -41,6 +43,7 @@ impl Default for Scales {
             v: 0.0,
             acceleration: 0.0,
             force: 0.0,
+            inertia: 0.0,
             other: (0.0, 0.0, 0.0),
             apart: (0.0, 0.0),
             input: (0.0, 0.0),

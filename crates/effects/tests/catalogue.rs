@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 48] = [
+const DESIGNED: [&str; 49] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -37,6 +37,7 @@ const DESIGNED: [&str; 48] = [
     "hysteresis",
     "viscoelastic",
     "hidden_resonance",
+    "elastic_drive",
     "backlash",
     "periodic_disturbance",
     "step_change",
@@ -130,6 +131,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("backlash", &["N/m", "m"], &["N m/rad", "rad"]),
         ("viscoelastic", &["N/m", "s"], &["N m/rad", "s"]),
         ("hidden_resonance", &["N s^2/m", "rad/s", "1"], &["N m s^2/rad", "rad/s", "1"]),
+        ("elastic_drive", &["N s^2/m", "rad/s", "1"], &["N m s^2/rad", "rad/s", "1"]),
         ("periodic_disturbance", &["N", "rad/s", "1"], &["N m", "rad/s", "1"]),
         ("step_change", &["N", "s"], &["N m", "s"]),
         ("unknown_function", &["N", "m", "m", "1"], &["N m", "rad", "rad", "1"]),

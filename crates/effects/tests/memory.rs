@@ -220,9 +220,14 @@ fn a_hung_mass_swings_at_its_frequency_and_damping() {
 /// Action and reaction: no momentum is made, and without damping no energy is lost.
 #[test]
 fn a_hung_mass_and_its_machine_keep_their_momentum_and_energy() {
-    let (law, machine, mass, w) = (law("hidden_resonance"), 2.0, 0.6, 9.0);
-    for damping in [0.0, 0.1] {
-        let shape = [w, damping];
+    let (machine, mass, w) = (2.0, 0.6, 9.0);
+    // A mass that hangs on the model's, and one of those that the model fixes to each other.
+    let laws = [("hidden_resonance", machine), ("elastic_drive", machine + mass)];
+    for ((class, fixed), damping) in laws.into_iter().flat_map(|l| [(l, 0.0), (l, 0.1)]) {
+        let (law, shape) = (law(class), [w, damping]);
+        let pushed = Local { acceleration: 1.0, ..Local::default() };
+        let added = -basis(law, &shape, &pushed, &[0.0; 2]);
+        assert_eq!(fixed + mass * added, machine, "{class}");
         let local = |x: &[f64]| Local { q: x[0], v: x[1], ..Local::default() };
         let rate = |_: f64, x: &[f64]| {
             let at = local(x);

@@ -83,6 +83,7 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("backlash", "stiffness = 2.0\ngap = 1e-12", &["q1"]),
     ("viscoelastic", "stiffness = 2.0\ntime_constant = 0.3", &["q1"]),
     ("hidden_resonance", "mass = 0.2\nfrequency = 9\ndamping_ratio = 0.05", &["q1"]),
+    ("elastic_drive", "mass = 0.02\nfrequency = 9\ndamping_ratio = 0.05", &["q1"]),
     ("periodic_disturbance", "amplitude = 0.3\nangular_frequency = 4", &["q1", "h2"]),
     ("step_change", "force = 0.3\ntime = 2.5", &["q1", "h2"]),
     ("linear_loss", "rate = 0.1", &["h1", "h2"]),

@@ -317,6 +317,7 @@ impl<'a> Problem<'a> {
                 force: self
                     .measured_force(c)
                     .unwrap_or_else(|| (acceleration / mobility[c]).max(self.balanced(c))),
+                inertia: mobility[c].recip(),
                 other: (1.0, 1.0, 1.0),
                 apart: (1.0, 1.0),
                 input: (0.0, 0.0),

@@ -420,11 +420,13 @@ impl Lead {
         if left && self.first {
             return self.promised < decision.further_share * self.remainder;
         }
+        // Two formulas of the same variables, and one that is not quite right, are a draw where neither leads by more.
+        let price = decision.prior_odds + if self.alike { decision.tie } else { 0.0 };
         if left {
-            return self.promised - self.remainder < decision.prior_odds;
+            return self.promised - self.remainder < price;
         }
         let least = match (self.acts, self.alike) {
-            (_, true) => decision.prior_odds,
+            (_, true) => price,
             (true, false) => 0.0,
             (false, false) => -decision.prior_odds,
         };

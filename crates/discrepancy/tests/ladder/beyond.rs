@@ -5,6 +5,7 @@ use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnose::{Options, Outcome, diagnose, split};
 use lacuna_discrepancy::diagnosis::{Finding, ProofOutcome, Verdict};
 use lacuna_discrepancy::{Dataset, DiagnoseError, Scope, Watch};
+use lacuna_plants::Model;
 use lacuna_recordings::Recording;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -319,4 +320,57 @@ fn a_law_by_another_formula_is_one_law() {
         let [f] = &d.findings[..] else { panic!("{other}: {:?}", d.findings) };
         assert_eq!((f.channel.as_str(), &f.depends_on[..]), (channel, &[variable.into()][..]));
     }
+}
+
+/// A joint whose motor is measured, and behind it by a spring the load that the model fixes to it.
+#[test]
+fn a_load_on_a_spring_behind_the_motor_is_a_resonance() {
+    const JOINT: &str = r#"
+name = "joint"
+[parameters]
+J = { value = 0.31, unit = "kg m^2", tolerance = 0.05 }
+b = { value = 0.4, unit = "N m s/rad", tolerance = 0.1 }
+[[input]]
+name = "tau"
+unit = "N m"
+[[coordinate]]
+name = "q"
+velocity = "dq"
+unit = "rad"
+[mechanics]
+mass = [["J"]]
+force = ["tau - b*dq"]
+"#;
+    const LOAD: &str = r#"
+[[coordinate]]
+name = "load"
+velocity = "dload"
+unit = "rad"
+[mechanics]
+mass = [["J - 0.19", "0"], ["0", "0.19"]]
+force = ["tau - b*dq - 84*(q - load) - 0.2*(dq - dload)", "84*(q - load) + 0.2*(dq - dload)"]
+"#;
+    let bench = Bench {
+        text: JOINT,
+        amplitude: (0.5, 2.0),
+        frequency: (1.0, 30.0),
+        start: 0.0,
+        step: 0.005,
+        noise: 4e-4,
+        ..ON_PENDULUM
+    };
+    let (own, _) = JOINT.split_once("[mechanics]").expect("mechanics");
+    let truth =
+        Model::from_text(&format!("{own}{LOAD}"), "truth.toml").expect("the truth is right");
+    let mut recordings = bench.record(&truth, 360, 4);
+    recordings.iter_mut().for_each(|r| r.columns.retain(|c| c.name != "load"));
+    let d = diagnosed(&bench.model(), &recordings).diagnosis;
+    let found: Vec<_> = d.findings.iter().map(|f| (&*f.class, f.law.as_deref())).collect();
+    assert_eq!(found, [("hidden_resonance", Some("elastic_drive"))]);
+    for (name, truth) in [("mass", 0.19), ("frequency", (84.0f64 / 0.19).sqrt())] {
+        let found = &d.findings[0].parameters[name];
+        assert!((found.value / truth - 1.0).abs() < 0.01, "{name}: {found:?}");
+    }
+    let fit = &d.fit.held_out["q"];
+    assert!(fit.rmse_after < 1.2 * fit.noise, "{fit:?}");
 }
