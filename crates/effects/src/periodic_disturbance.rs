@@ -48,12 +48,15 @@ impl ForceLaw for PeriodicDisturbance {
 
 fn priors(scales: &Scales) -> Vec<Prior> {
     let turn = std::f64::consts::TAU / scales.duration();
-    let rate = Prior::order(6.0 * turn, std::f64::consts::E, (1.5 * turn, 80.0 * turn));
+    let fastest = scales.lines.into_iter().fold(80.0 * turn, |most, line| most.max(line + turn));
+    let rate = Prior::order(6.0 * turn, std::f64::consts::E, (1.5 * turn, fastest));
     vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), rate]
 }
 
-/// Steps of 0.4 periods over the recording, as wide as a spectral line.
+/// Steps of 0.4 periods over the recording, as wide as a spectral line; beyond them those lines that stand out.
 fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
     let line = std::f64::consts::TAU / scales.duration();
-    (0..200).map(|k| vec![line * (1.5 + 0.4 * f64::from(k))]).collect()
+    let slow = (0..200).map(|k| line * (1.5 + 0.4 * f64::from(k)));
+    let fast = scales.lines.into_iter().filter(|w| *w > 0.0);
+    slow.chain(fast).map(|w| vec![w]).collect()
 }

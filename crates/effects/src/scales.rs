@@ -29,6 +29,9 @@ pub struct Scales {
     pub step: f64,
     /// Begin and end of the recordings' time (s).
     pub time: (f64, f64),
+    /// Angular frequencies that stand out of what the motion needs beside the model, beyond those that a grid covers,
+    /// the strongest first; 0 where there are no more.
+    pub lines: [f64; 16],
     /// Of a link: the mass of all of the robot that moves (kg), and how far from its joint it reaches (m).
     pub link: (f64, f64),
 }
@@ -49,6 +52,7 @@ impl Default for Scales {
             input: (0.0, 0.0),
             step: 0.0,
             time: (0.0, 0.0),
+            lines: [0.0; 16],
             link: (0.0, 0.0),
         }
     }

@@ -8,7 +8,7 @@ use crate::diagnosis::{
     Calibration, ChannelFit, DataUsed, Diagnosis, Finding, Integration, ProofOutcome, Robot,
     SCHEMA, Verdict,
 };
-use crate::likelihood::{End, Problem};
+use crate::likelihood::{End, Fit, Problem};
 use crate::search::Found;
 use crate::trajectories::unmeasured;
 use lacuna_effects::Acts;
@@ -244,9 +244,11 @@ impl<'a> Ladder<'a> {
     }
 
     /// The mean square residual, in units of the noise, of a model that explains its data: what
-    /// the shortest windows leave, where the model follows the recordings from end to end.
+    /// the shortest windows leave, where the model follows the recordings from end to end. One that is corrected by what
+    /// is measured follows whatever it leaves out.
     fn floor(&self) -> f64 {
-        let follows = self.found.calibrated.windowed.level == 0;
+        let Fit { windowed, noise, .. } = &self.found.calibrated;
+        let follows = windowed.level == 0 && noise.is_none();
         if follows { self.found.floor } else { 1.0 }
     }
 

@@ -11,7 +11,8 @@
 //! ```
 //!
 //! the first being one standard error of the sum under the hypothesis that neither is better. Where `D / n > relevant`
-//! alone holds they do not agree, and it is not handed back as an improvement either.
+//! alone holds they do not agree, and it is not handed back as an improvement either. Where windows see no change at all,
+//! what adds up over whole recordings decides by the same `D / n`: what is real shows in the one or in the other.
 
 use super::{Proof, duration};
 use crate::dataset::{Dataset, Observed};
@@ -74,7 +75,10 @@ impl Proving<'_> {
             training: all(self.training, &train),
             by_recording: self.by_recording(&held, horizon),
         };
-        let (outcome, harms) = self.judge(&held, horizon);
+        let (mut outcome, mut harms) = self.judge(&held, horizon);
+        if outcome == ProofOutcome::Same && self.adds_up(&held) {
+            (outcome, harms) = (ProofOutcome::Worse, true);
+        }
         let recordings = self.held_out.recordings.iter().zip(held);
         let proofs = recordings
             .map(|(o, (b, a))| Proof { observed: o.clone(), before: b.free, after: a.free })
@@ -136,6 +140,21 @@ impl Proving<'_> {
             }
         }
         outcome(&changes, samples, self.decision.relevant)
+    }
+
+    /// Whether predictions became worse in free runs through whole recordings.
+    fn adds_up(&self, runs: &[(Runs, Runs)]) -> bool {
+        let data = self.held_out;
+        let (mut worse, mut samples) = (0.0, 0);
+        for (o, (before, after)) in data.recordings.iter().zip(runs) {
+            for k in 0..data.outputs.len() {
+                let ((b, count), (a, _)) = (before.free.squares(o, k), after.free.squares(o, k));
+                let change = if a.is_finite() || b.is_finite() { a - b } else { 0.0 };
+                worse += change / data.noise_sd(k).powi(2);
+                samples += count;
+            }
+        }
+        worse / samples.max(1) as f64 > self.decision.relevant
     }
 }
 

@@ -39,6 +39,7 @@ mod hidden;
 mod hypothesis;
 pub mod intensity;
 pub mod lanes;
+mod lines;
 pub mod maps;
 mod minimise;
 pub mod normal;
