@@ -1,7 +1,7 @@
 //! Beyond single force laws: sensors, learned curves, hidden states, held-out recordings that
 //! speak against an effect, experiments that tell rivals apart.
 
-use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
+use crate::machines::{Bench, ON_CARRIAGE, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnose::{Options, Outcome, diagnose, split};
 use lacuna_discrepancy::diagnosis::{Finding, ProofOutcome, Verdict};
 use lacuna_discrepancy::{Dataset, DiagnoseError, Scope, Watch};
@@ -215,6 +215,26 @@ fn what_does_not_predict_better_is_not_handed_back() {
     assert!(d.notes.iter().any(|n| n.contains("do not fall")), "{:?}", d.notes);
     let fit = &d.fit.held_out["q"];
     assert_eq!(fit.rmse_after.to_bits(), fit.rmse_before.to_bits(), "handed back as it was");
+}
+
+/// A push so small that no window of the proof sees it adds up over a recording, and so does one that is not there.
+#[test]
+fn what_no_window_sees_must_not_add_up_to_worse_runs() {
+    let bench = ON_CARRIAGE;
+    let model = bench.model();
+    let push = "[[effect]]\nclass = \"constant_force\"\nchannel = \"x\"\nforce = 1e-4";
+    let training = Dataset::new(&model, &bench.record(&bench.truth(push), 96, 2)).expect("data");
+    let told = |truth: &Model| {
+        let held_out = Dataset::new(&model, &bench.record(truth, 196, 1)).expect("a dataset");
+        let held_out = training.for_proof(held_out).expect("the same outputs");
+        diagnose(&model, &training, &held_out, Options::default(), &Watch::default())
+            .expect("a diagnosis")
+            .diagnosis
+    };
+    let right = told(&bench.truth(push));
+    assert_eq!((right.findings.len(), right.proof), (1, ProofOutcome::Same), "{right:#?}");
+    let refused = told(&model);
+    assert_eq!((refused.findings.len(), refused.proof), (0, ProofOutcome::Worse), "{refused:#?}");
 }
 
 #[test]

@@ -154,6 +154,19 @@ fn a_spring_that_no_formula_comes_near_is_a_curve() {
     assert!(fit.rmse_after < 1.5 * fit.noise, "{fit:?}");
 }
 
+/// Of more periods in a recording than a grid of frequencies could cover.
+#[test]
+fn a_disturbance_that_repeats_often() {
+    let truth = effect(
+        "periodic_disturbance",
+        "q",
+        "amplitude = 0.5\nangular_frequency = 97.3\nphase = 1.0",
+    );
+    let d = conceal(ON_PENDULUM, 370, &truth);
+    let truth = [("amplitude", 0.5), ("angular_frequency", 97.3)];
+    names(&d, "periodic_disturbance", "q", &truth);
+}
+
 /// What the knots of a curve cannot follow is neither an offset of the sensor nor another law.
 #[test]
 fn what_a_curve_cannot_follow_is_no_further_law() {
