@@ -62,12 +62,13 @@ pub(crate) fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
     frequencies.flat_map(|w| [0.02, 0.07, 0.2].map(|damping| vec![w, damping])).collect()
 }
 
-/// Frequencies that could show: from that at which the coordinate moves through its range to a decade above it, or above
-/// that of its accelerations, where nothing brings it back; at a dozen samples a period it ends.
+/// Frequencies that could show: from that at which the coordinate moves through its range to a decade above it, or, where
+/// nothing brings it back, to three times that of its accelerations, beyond which the mass but follows; at a dozen samples
+/// a period they end.
 fn band(scales: &Scales) -> (f64, f64) {
     let slowest = scales.rate();
     let highest = (scales.acceleration / scales.v).max(slowest);
-    (slowest, (11.6 * slowest).max((8.0 * highest).min(0.5 / scales.step)))
+    (slowest, (11.6 * slowest).max((3.0 * highest).min(0.5 / scales.step)))
 }
 
 pub(crate) fn memory_spread(_shape: &[f64], scales: &Scales, spread: &mut [f64]) {
