@@ -187,10 +187,11 @@ impl<'p> Search<'p> {
     pub(super) fn look(&self, base: &Fit) -> Look {
         let screen = if self.afresh { Screen::along_measured(base) } else { Screen::new(base) };
         let Ok(screen) = screen else { return Look::default() };
-        let have: Vec<Candidate> = base.hypothesis.supposed().iter().map(candidate_of).collect();
+        let supposed = base.hypothesis.supposed();
+        let have: Vec<Candidate> = supposed.iter().map(candidate_of).collect();
         let left = |c: &&Candidate| {
             !have.iter().any(|h| h.excludes(c))
-                && !base.hypothesis.supposed().iter().any(|e| curve_covers(e, c))
+                && !supposed.iter().any(|e| curve_covers(e, c) || moves_curve(e, c))
         };
         let candidates: Vec<Candidate> = self.candidates.iter().filter(left).copied().collect();
         let mut shortlist = screen.score(&candidates);
@@ -515,14 +516,17 @@ pub(super) fn says_alike(e: &ModelEffect, c: &Candidate) -> bool {
 }
 
 /// Whether an unknown function covers all that a candidate could say: a law of the same single
-/// variable on the same channel, or an offset of its sensor, which moves the curve along and no more.
+/// variable on the same channel.
 pub(super) fn curve_covers(e: &ModelEffect, c: &Candidate) -> bool {
     if e.over().is_none() || e.channel != c.channel {
         return false;
     }
-    if c.is_offset() {
-        return e.over() == Some(Variable::Coordinate);
-    }
     let over = e.effect.variables(&e.parameters);
     over.iter().any(|v| c.says_only(&[*v]))
+}
+
+/// Whether a candidate but moves an unknown function along its variable: an offset of the sensor of the
+/// coordinate that it is over.
+fn moves_curve(e: &ModelEffect, c: &Candidate) -> bool {
+    e.over() == Some(Variable::Coordinate) && e.channel == c.channel && c.is_offset()
 }
