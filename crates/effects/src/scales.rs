@@ -1,5 +1,8 @@
 //! Magnitudes of a channel in the recordings.
 
+/// Spectral lines that are told of a channel.
+pub const LINES: usize = 16;
+
 /// Magnitudes of a channel in the recordings: what priors and grids of shapes are spread over.
 #[derive(Clone, Copy, Debug)]
 pub struct Scales {
@@ -31,7 +34,7 @@ pub struct Scales {
     pub time: (f64, f64),
     /// Angular frequencies that stand out of what the motion needs beside the model, beyond those that a grid covers,
     /// the strongest first; 0 where there are no more.
-    pub lines: [f64; 16],
+    pub lines: [f64; LINES],
     /// Of a link: the mass of all of the robot that moves (kg), and how far from its joint it reaches (m).
     pub link: (f64, f64),
 }
@@ -52,7 +55,7 @@ impl Default for Scales {
             input: (0.0, 0.0),
             step: 0.0,
             time: (0.0, 0.0),
-            lines: [0.0; 16],
+            lines: [0.0; LINES],
             link: (0.0, 0.0),
         }
     }

@@ -75,10 +75,15 @@ impl Proving<'_> {
             training: all(self.training, &train),
             by_recording: self.by_recording(&held, horizon),
         };
-        let (mut outcome, mut harms) = self.judge(&held, horizon);
-        if outcome == ProofOutcome::Same && self.adds_up(&held) {
-            (outcome, harms) = (ProofOutcome::Worse, true);
-        }
+        let (outcome, change) = self.judge(&held, horizon);
+        let relevant = self.decision.relevant;
+        let outcome = match outcome {
+            ProofOutcome::Same if change.abs() <= relevant && self.adds_up(&held) => {
+                ProofOutcome::Worse
+            }
+            outcome => outcome,
+        };
+        let harms = outcome == ProofOutcome::Worse || change > relevant;
         let recordings = self.held_out.recordings.iter().zip(held);
         let proofs = recordings
             .map(|(o, (b, a))| Proof { observed: o.clone(), before: b.free, after: a.free })
@@ -119,8 +124,8 @@ impl Proving<'_> {
         (data.recordings.par_iter().map(run).collect(), predictor.integration())
     }
 
-    /// Whether predictions became better or worse, window by window; and whether worse all in all.
-    fn judge(&self, runs: &[(Runs, Runs)], horizon: f64) -> (ProofOutcome, bool) {
+    /// Whether predictions became better or worse, window by window; and by how much a sample.
+    fn judge(&self, runs: &[(Runs, Runs)], horizon: f64) -> (ProofOutcome, f64) {
         let data = self.held_out;
         let weights: Vec<f64> = (0..data.outputs.len()).map(|k| data.noise_sd(k).recip()).collect();
         let mut changes: Vec<f64> = vec![];
@@ -142,7 +147,7 @@ impl Proving<'_> {
         outcome(&changes, samples, self.decision.relevant)
     }
 
-    /// Whether predictions became worse in free runs through whole recordings.
+    /// Whether what changes adds up to worse free runs through whole recordings.
     fn adds_up(&self, runs: &[(Runs, Runs)]) -> bool {
         let data = self.held_out;
         let (mut worse, mut samples) = (0.0, 0);
@@ -158,20 +163,20 @@ impl Proving<'_> {
     }
 }
 
-/// What changes of the weighted squares in each window say, and whether they are worse all in all.
-fn outcome(changes: &[f64], samples: usize, relevant: f64) -> (ProofOutcome, bool) {
+/// What changes of the weighted squares in each window say, and how large they are a sample.
+fn outcome(changes: &[f64], samples: usize, relevant: f64) -> (ProofOutcome, f64) {
     let sum: f64 = changes.iter().sum();
     let error = changes.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let counts = sum.abs() / samples.max(1) as f64 > relevant;
+    let change = sum / samples.max(1) as f64;
     // A divergence is worse than any number, and one that ends better.
-    let agreed = sum.is_infinite() || (counts && sum.abs() > error);
+    let agreed = sum.is_infinite() || (sum.abs() > error && change.abs() > relevant);
     let outcome = match (agreed, sum > 0.0) {
         _ if sum.is_nan() => ProofOutcome::Worse,
         (true, true) => ProofOutcome::Worse,
         (true, false) => ProofOutcome::Better,
         (false, _) => ProofOutcome::Same,
     };
-    (outcome, outcome == ProofOutcome::Worse || (counts && sum > 0.0))
+    (outcome, change)
 }
 
 /// Errors on some recordings of a data set, by channel.
@@ -215,16 +220,16 @@ mod tests {
 
     #[test]
     fn a_model_is_refused_where_windows_agree_that_it_is_worse() {
-        let judge = |changes: &[f64]| outcome(changes, 1000, 0.0025);
-        assert_eq!(judge(&[30.0, 20.0, 25.0]), (ProofOutcome::Worse, true));
-        assert_eq!(judge(&[-30.0, -20.0, -25.0]), (ProofOutcome::Better, false));
-        // One window in three says so, the others do not; all in all they are worse.
-        assert_eq!(judge(&[30.0, -20.0, -5.0]), (ProofOutcome::Same, true));
-        assert_eq!(judge(&[30.0, -30.0, -5.0]), (ProofOutcome::Same, false));
+        let judge = |changes: &[f64]| outcome(changes, 1000, 0.0025).0;
+        assert_eq!(judge(&[30.0, 20.0, 25.0]), ProofOutcome::Worse);
+        assert_eq!(judge(&[-30.0, -20.0, -25.0]), ProofOutcome::Better);
+        // One window in three says so, the others do not.
+        assert_eq!(judge(&[30.0, -20.0, -5.0]), ProofOutcome::Same);
         // They agree, about nothing: a thousandth of the noise.
-        assert_eq!(judge(&[0.3, 0.3, 0.3]), (ProofOutcome::Same, false));
-        assert_eq!(judge(&[f64::INFINITY, -20.0]), (ProofOutcome::Worse, true));
-        assert_eq!(judge(&[f64::NEG_INFINITY, 20.0]), (ProofOutcome::Better, false));
-        assert_eq!(judge(&[f64::NEG_INFINITY, f64::INFINITY]), (ProofOutcome::Worse, true));
+        assert_eq!(judge(&[0.3, 0.3, 0.3]), ProofOutcome::Same);
+        assert_eq!(judge(&[f64::INFINITY, -20.0]), ProofOutcome::Worse);
+        assert_eq!(judge(&[f64::NEG_INFINITY, 20.0]), ProofOutcome::Better);
+        assert_eq!(judge(&[f64::NEG_INFINITY, f64::INFINITY]), ProofOutcome::Worse);
+        assert_eq!(outcome(&[30.0, -20.0, -5.0], 1000, 0.0025).1, 0.005);
     }
 }

@@ -9,11 +9,10 @@
 //! goes over all recordings, whose disturbance has one phase. A line stands out of its neighbours by the ratio of S to
 //! their mean: differences of what is smoothed grow with the frequency.
 
+use lacuna_effects::LINES;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Lines that are told.
-pub(super) const MOST: usize = 16;
 /// Frequencies to either side that a line is compared with.
 const BESIDE: usize = 20;
 /// Samples over which a phase is turned on before it is computed anew.
@@ -23,7 +22,7 @@ const TURNED: usize = 64;
 pub(super) type Part<'a> = (&'a [f64], Vec<f64>);
 
 /// The lines that stand out most of some frequencies at equal distances (rad/s), zeros behind them.
-pub(super) fn strongest(parts: &[Part], frequencies: &[f64]) -> [f64; MOST] {
+pub(super) fn strongest(parts: &[Part], frequencies: &[f64]) -> [f64; LINES] {
     let tapered: Vec<Part> = parts.iter().map(|(times, r)| (*times, tapered(r))).collect();
     let power = |w: &f64| {
         let sums = tapered.iter().map(|(times, r)| turned(times, r, *w));
@@ -39,7 +38,7 @@ pub(super) fn strongest(parts: &[Part], frequencies: &[f64]) -> [f64; MOST] {
     };
     let mut peaks: Vec<(f64, f64)> = (1..last).filter(is_peak).map(stands_out).collect();
     peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut strongest = [0.0; MOST];
+    let mut strongest = [0.0; LINES];
     strongest.iter_mut().zip(&peaks).for_each(|(line, peak)| *line = peak.1);
     strongest
 }
@@ -92,6 +91,6 @@ mod tests {
         let frequencies: Vec<f64> = (0..600).map(|k| 20.0 + 0.2 * f64::from(k)).collect();
         let lines = strongest(&parts, &frequencies);
         assert!((lines[0] - w).abs() < 0.2, "{lines:?}");
-        assert_eq!(strongest(&[], &[]), [0.0; super::MOST]);
+        assert_eq!(strongest(&[], &[]), [0.0; super::LINES]);
     }
 }

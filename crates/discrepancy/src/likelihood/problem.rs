@@ -8,7 +8,7 @@ use crate::prediction::Predictor;
 use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
 use crate::{DiagnoseError, Watch};
-use lacuna_effects::{Acts, Effect, Law, Scales};
+use lacuna_effects::{Acts, Effect, LINES, Law, Scales};
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{
     Direction, ModelEffect, Observation, SeriesEffect, StepInput, System, effective_inputs,
@@ -402,10 +402,15 @@ impl<'a> Problem<'a> {
     }
 
     /// Of each channel the spectral lines of what its motion needs beside the model, from where a grid of
-    /// [`lacuna_effects`] ends to a quarter of the sampling rate.
-    fn lines(&self) -> Vec<[f64; lines::MOST]> {
+    /// [`lacuna_effects`] ends to a quarter of the sampling rate; none of recordings of which only a part is searched.
+    fn lines(&self) -> Vec<[f64; LINES]> {
+        /// Samples of what is searched as a whole.
+        const SEARCHED: usize = 1 << 14;
         /// Periods in the recordings where the grid ends, and where these end at the latest: a budget.
         const PERIODS: (f64, f64) = (80.0, 640.0);
+        if self.smoothed.iter().map(SmoothedRecording::len).sum::<usize>() > SEARCHED {
+            return vec![[0.0; LINES]; self.model.channels()];
+        }
         let (begin, end) = self.times();
         let turn = TAU / (end - begin);
         let (from, to) = (PERIODS.0 * turn, (PERIODS.1 * turn).min(0.25 * TAU / self.sample));
