@@ -166,7 +166,7 @@ impl Candidate {
 #[cfg(test)]
 mod tests {
     use super::{Candidate, candidates};
-    use lacuna_effects::{CATALOGUE, Effect, Law};
+    use lacuna_effects::{CATALOGUE, Law};
     use lacuna_plants::Model;
 
     /// A level, a speed and a state of no unit that is known.
@@ -209,9 +209,9 @@ mod tests {
     #[test]
     fn an_offset_is_the_same_whatever_is_measured() {
         let sensors = CATALOGUE.iter().filter(|e| matches!(e.law, Law::Sensor(_)));
-        let one = |effect: &&'static Effect| Candidate { effect, channel: 0, other: None };
-        let offsets: Vec<&str> =
-            sensors.map(|e| one(e)).filter(Candidate::is_offset).map(|c| c.effect.class).collect();
+        let candidates = sensors.map(|&effect| Candidate { effect, channel: 0, other: None });
+        let offsets = candidates.filter(Candidate::is_offset).map(|c| c.effect.class);
+        let offsets: Vec<&str> = offsets.collect();
         assert_eq!(offsets, ["sensor_bias"]);
     }
 }
