@@ -419,6 +419,11 @@ impl<'a> Problem<'a> {
         let frequencies: Vec<f64> = (0..count).map(|k| from + 0.4 * turn * k as f64).collect();
         let beside: Vec<Vec<Vec<f64>>> = self.smoothed.iter().map(|s| self.beside(s)).collect();
         let of = |c: usize| {
+            // What nobody measures moves as the model says; levels and temperatures hardly move with what is fast.
+            let hidden = self.hidden.contains(&self.model.coordinate_index(c));
+            if hidden || !self.model.is_coordinate(c) {
+                return [0.0; LINES];
+            }
             let parts = self.smoothed.iter().zip(&beside);
             let parts: Vec<_> = parts.map(|(s, all)| (&s.times[..], all[c].clone())).collect();
             lines::strongest(&parts, &frequencies)
