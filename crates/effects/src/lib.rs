@@ -101,7 +101,7 @@ pub use law::{
 };
 pub use parameter::{Kind, Parameter, Range};
 pub use prior::Prior;
-pub use scales::{LINES, Scales};
+pub use scales::{GRID, LINES, Scales};
 pub use stated::{Quantity, Stated};
 pub use unit::Dimension;
 

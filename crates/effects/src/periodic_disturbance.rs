@@ -2,8 +2,8 @@
 
 use crate::sine::{sine_internal, sine_physical};
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable,
+    Acts, At, Dimension, Effect, ForceLaw, GRID, Law, Nature, Number, Parameter, Prior, Range,
+    Scales, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -48,7 +48,7 @@ impl ForceLaw for PeriodicDisturbance {
 
 fn priors(scales: &Scales) -> Vec<Prior> {
     let turn = std::f64::consts::TAU / scales.duration();
-    let fastest = scales.lines.into_iter().fold(80.0 * turn, |most, line| most.max(line + turn));
+    let fastest = scales.lines.into_iter().fold(GRID * turn, |most, line| most.max(line + turn));
     let rate = Prior::order(6.0 * turn, std::f64::consts::E, (1.5 * turn, fastest));
     vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), rate]
 }

@@ -1,6 +1,8 @@
 //! Magnitudes of a channel in the recordings.
 
-/// Spectral lines that are told of a channel.
+/// Periods in the recordings up to which a grid covers the frequencies of what repeats.
+pub const GRID: f64 = 80.0;
+/// Spectral lines beyond it that are told of a channel.
 pub const LINES: usize = 16;
 
 /// Magnitudes of a channel in the recordings: what priors and grids of shapes are spread over.

@@ -23,6 +23,7 @@ use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Windows of the prediction error: the recording's length over this.
 const WINDOWS: f64 = 12.0;
@@ -126,16 +127,34 @@ impl Proving<'_> {
 
     /// Whether predictions became better or worse, window by window; and by how much a sample.
     fn judge(&self, runs: &[(Runs, Runs)], horizon: f64) -> (ProofOutcome, f64) {
+        let (changes, samples) = self.changes(runs, |r| &r.windows, |o, _| windows(o, horizon));
+        outcome(&changes, samples, self.decision.relevant)
+    }
+
+    /// Whether what changes adds up to worse free runs through whole recordings.
+    fn adds_up(&self, runs: &[(Runs, Runs)]) -> bool {
+        let (changes, samples) = self.changes(runs, |r| &r.free, |_, p| vec![p.counted.clone()]);
+        outcome(&changes, samples, self.decision.relevant).1 > self.decision.relevant
+    }
+
+    /// By how much the weighted squares of some predictions grew in each of their ranges, and of how many samples.
+    fn changes(
+        &self,
+        runs: &[(Runs, Runs)],
+        of: fn(&Runs) -> &Prediction,
+        ranges: impl Fn(&Observed, &Prediction) -> Vec<Range<usize>>,
+    ) -> (Vec<f64>, usize) {
         let data = self.held_out;
         let weights: Vec<f64> = (0..data.outputs.len()).map(|k| data.noise_sd(k).recip()).collect();
         let mut changes: Vec<f64> = vec![];
         let mut samples = 0;
         for (o, (before, after)) in data.recordings.iter().zip(runs) {
-            for range in windows(o, horizon) {
+            let (before, after) = (of(before), of(after));
+            for range in ranges(o, before) {
                 let mut change = 0.0;
                 for (k, weight) in weights.iter().enumerate() {
-                    let of = |p: &Prediction| p.squares_in(o, k, range.clone());
-                    let ((b, count), (a, _)) = (of(&before.windows), of(&after.windows));
+                    let squares = |p: &Prediction| p.squares_in(o, k, range.clone());
+                    let ((b, count), (a, _)) = (squares(before), squares(after));
                     samples += count;
                     // Where both diverge neither is better.
                     let worse = if a.is_finite() || b.is_finite() { a - b } else { 0.0 };
@@ -144,22 +163,7 @@ impl Proving<'_> {
                 changes.push(change);
             }
         }
-        outcome(&changes, samples, self.decision.relevant)
-    }
-
-    /// Whether what changes adds up to worse free runs through whole recordings.
-    fn adds_up(&self, runs: &[(Runs, Runs)]) -> bool {
-        let data = self.held_out;
-        let (mut worse, mut samples) = (0.0, 0);
-        for (o, (before, after)) in data.recordings.iter().zip(runs) {
-            for k in 0..data.outputs.len() {
-                let ((b, count), (a, _)) = (before.free.squares(o, k), after.free.squares(o, k));
-                let change = if a.is_finite() || b.is_finite() { a - b } else { 0.0 };
-                worse += change / data.noise_sd(k).powi(2);
-                samples += count;
-            }
-        }
-        worse / samples.max(1) as f64 > self.decision.relevant
+        (changes, samples)
     }
 }
 

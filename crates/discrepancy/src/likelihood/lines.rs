@@ -9,20 +9,73 @@
 //! goes over all recordings, whose disturbance has one phase. A line stands out of its neighbours by the ratio of S to
 //! their mean: differences of what is smoothed grow with the frequency.
 
-use lacuna_effects::LINES;
+use super::Problem;
+use crate::trajectories::SmoothedRecording;
+use lacuna_effects::{GRID, LINES};
+use lacuna_plants::Plant;
+use lacuna_plants::model::System;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
+/// Periods in the recordings where they end at the latest: a budget.
+const PERIODS: f64 = 640.0;
+/// Samples of what is searched as a whole; of more, only a part is.
+const SEARCHED: usize = 1 << 14;
 /// Frequencies to either side that a line is compared with.
 const BESIDE: usize = 20;
 /// Samples over which a phase is turned on before it is computed anew.
 const TURNED: usize = 64;
 
+/// The lines of each channel, from where a grid of frequencies ends to a quarter of the sampling rate; none of recordings of
+/// which only a part is searched, nor of what nobody measures, which moves as the model says, or of levels and
+/// temperatures, which hardly move with what is fast.
+pub(super) fn of_channels(problem: &Problem, (begin, end): (f64, f64)) -> Vec<[f64; LINES]> {
+    let (model, smoothed) = (problem.model, &problem.smoothed);
+    let moves =
+        |c: usize| model.is_coordinate(c) && !problem.hidden().contains(&model.coordinate_index(c));
+    let turn = TAU / (end - begin);
+    let to = (PERIODS * turn).min(0.25 * TAU / problem.sample);
+    // A spectral line is as wide as two and a half of these.
+    let frequency = |k: u32| GRID * turn + 0.4 * turn * f64::from(k);
+    let frequencies: Vec<f64> = (0..).map(frequency).take_while(|w| *w < to).collect();
+    let mut lines = vec![[0.0; LINES]; model.channels()];
+    let samples: usize = smoothed.iter().map(SmoothedRecording::len).sum();
+    if frequencies.is_empty() || samples > SEARCHED {
+        return lines;
+    }
+    let system = System::new(model);
+    let missing: Vec<Vec<Vec<f64>>> = smoothed.iter().map(|s| missing(&system, s)).collect();
+    for c in (0..model.channels()).filter(|c| moves(*c)) {
+        let v = model.place(c).v;
+        let of = |(s, all): (_, &Vec<Vec<f64>>)| {
+            let s: &SmoothedRecording = s;
+            (&s.times[..], all.iter().map(|rates| rates[v]).collect())
+        };
+        let parts: Vec<Part> = smoothed.iter().zip(&missing).map(of).collect();
+        lines[c] = strongest(&parts, &frequencies);
+    }
+    lines
+}
+
+/// Rates of the machine's state along a motion beside those that the model has there, sample by sample; 0 where it has none.
+fn missing(system: &System, s: &SmoothedRecording) -> Vec<Vec<f64>> {
+    let m = system.input_width();
+    let mut derivative = vec![0.0; system.states()];
+    let at = |k: usize| {
+        let u = &s.inputs[k * m..(k + 1) * m];
+        system.derivative(s.times[k], &system.at_rest(s.state(k)), u, &mut derivative);
+        let beside = |(i, rate): (usize, &f64)| Some(s.rate(k, i) - rate).filter(|r| r.is_finite());
+        let machine = derivative[..system.machine_states()].iter().enumerate();
+        machine.map(|i| beside(i).unwrap_or(0.0)).collect()
+    };
+    (0..s.len()).map(at).collect()
+}
+
 /// Times of a recording, and what is looked at there.
-pub(super) type Part<'a> = (&'a [f64], Vec<f64>);
+type Part<'a> = (&'a [f64], Vec<f64>);
 
 /// The lines that stand out most of some frequencies at equal distances (rad/s), zeros behind them.
-pub(super) fn strongest(parts: &[Part], frequencies: &[f64]) -> [f64; LINES] {
+fn strongest(parts: &[Part], frequencies: &[f64]) -> [f64; LINES] {
     let tapered: Vec<Part> = parts.iter().map(|(times, r)| (*times, tapered(r))).collect();
     let power = |w: &f64| {
         let sums = tapered.iter().map(|(times, r)| turned(times, r, *w));

@@ -8,7 +8,7 @@ use crate::prediction::Predictor;
 use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
 use crate::{DiagnoseError, Watch};
-use lacuna_effects::{Acts, Effect, LINES, Law, Scales};
+use lacuna_effects::{Acts, Effect, Law, Scales};
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{
     Direction, ModelEffect, Observation, SeriesEffect, StepInput, System, effective_inputs,
@@ -16,7 +16,6 @@ use lacuna_plants::model::{
 use lacuna_plants::{InputPath, Model};
 use lacuna_recordings::{Sampling, estimate_noise_pooled};
 use std::borrow::Cow;
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// One value in so many is left out at either end of a channel's range.
@@ -304,7 +303,7 @@ impl<'a> Problem<'a> {
 
     fn channel_scales(&self) -> Vec<Scales> {
         let mobility = self.mobility();
-        let lines = self.lines();
+        let lines = lines::of_channels(self, self.times());
         let scale = |c: usize| {
             let place = self.model.place(c);
             let q = self.series(|x| x[place.q]);
@@ -399,60 +398,6 @@ impl<'a> Problem<'a> {
                 .collect()
         };
         self.smoothed.iter().flat_map(slopes).collect()
-    }
-
-    /// Of each channel the spectral lines of what its motion needs beside the model, from where a grid of
-    /// [`lacuna_effects`] ends to a quarter of the sampling rate; none of recordings of which only a part is searched.
-    fn lines(&self) -> Vec<[f64; LINES]> {
-        /// Samples of what is searched as a whole.
-        const SEARCHED: usize = 1 << 14;
-        /// Periods in the recordings where the grid ends, and where these end at the latest: a budget.
-        const PERIODS: (f64, f64) = (80.0, 640.0);
-        if self.smoothed.iter().map(SmoothedRecording::len).sum::<usize>() > SEARCHED {
-            return vec![[0.0; LINES]; self.model.channels()];
-        }
-        let (begin, end) = self.times();
-        let turn = TAU / (end - begin);
-        let (from, to) = (PERIODS.0 * turn, (PERIODS.1 * turn).min(0.25 * TAU / self.sample));
-        // A spectral line is as wide as two and a half of these.
-        let count = ((to - from) / (0.4 * turn)).max(0.0) as usize;
-        let frequencies: Vec<f64> = (0..count).map(|k| from + 0.4 * turn * k as f64).collect();
-        let beside: Vec<Vec<Vec<f64>>> = self.smoothed.iter().map(|s| self.beside(s)).collect();
-        let of = |c: usize| {
-            // What nobody measures moves as the model says; levels and temperatures hardly move with what is fast.
-            let hidden = self.hidden.contains(&self.model.coordinate_index(c));
-            if hidden || !self.model.is_coordinate(c) {
-                return [0.0; LINES];
-            }
-            let parts = self.smoothed.iter().zip(&beside);
-            let parts: Vec<_> = parts.map(|(s, all)| (&s.times[..], all[c].clone())).collect();
-            lines::strongest(&parts, &frequencies)
-        };
-        (0..self.model.channels()).map(of).collect()
-    }
-
-    /// Rates of change of the channels' velocities, or first-order states, along a motion beside those that the model has
-    /// there; 0 where it has none.
-    fn beside(&self, s: &SmoothedRecording) -> Vec<Vec<f64>> {
-        let model = self.model;
-        let system = System::new(model);
-        let (mut w, m) = (system.workspace(), model.input_width());
-        let mut all = vec![vec![0.0; s.len()]; model.channels()];
-        let h = 1e-3 * self.sample;
-        for k in 1..s.len().saturating_sub(1) {
-            let begun = system.at_rest(s.state(k));
-            let (mut x, u) = (begun.clone(), &s.inputs[k * m..(k + 1) * m]);
-            let times = (s.times[k], s.times[k] + h);
-            system.advance(&mut w, times, StepInput::Line(u, u), 1, &mut x);
-            for (c, beside) in all.iter_mut().enumerate() {
-                let v = model.place(c).v;
-                let measured =
-                    (s.state(k + 1)[v] - s.state(k - 1)[v]) / (s.times[k + 1] - s.times[k - 1]);
-                let rate = measured - (x[v] - begun[v]) / h;
-                beside[k] = if rate.is_finite() { rate } else { 0.0 };
-            }
-        }
-        all
     }
 
     /// Acceleration per unit of force on each channel, in the mean along the recordings.

@@ -120,14 +120,9 @@ impl Search<'_> {
             return path;
         }
         let mut path = self.simplified(path);
+        let mut with = LeftOut::of(&path.fit);
         // What was not refuted beside an effect that was must stand without it.
-        let with = loop {
-            let before = path.named.len();
-            let with = self.refute_each(&mut path);
-            if path.named.len() == before {
-                break with;
-            }
-        };
+        while self.refute_each(&mut path, &mut with) {}
         // A single effect was left out alone already.
         if path.named.len() < 2 {
             return path;
@@ -139,11 +134,10 @@ impl Search<'_> {
         path
     }
 
-    /// Take away each effect that is not missed or that folds speak against, the last first; what the path predicts
-    /// of the folds in the end.
-    fn refute_each(&self, path: &mut Path) -> LeftOut {
-        let least = self.decision.prior_odds;
-        let mut with = LeftOut::of(&path.fit);
+    /// Take away each effect that is not missed or that folds speak against, the last first, with what the path
+    /// predicts of the folds; whether there was one.
+    fn refute_each(&self, path: &mut Path, with: &mut LeftOut) -> bool {
+        let (least, before) = (self.decision.prior_odds, path.named.len());
         for k in (0..path.named.len()).rev() {
             let h = path.fit.hypothesis.clone().without(k);
             let Ok(without) = path.fit.refit(h, FULL) else { continue };
@@ -151,10 +145,10 @@ impl Search<'_> {
             if !missed || with.refutes(&self.decision, (&path.fit, &without), least) {
                 path.named.remove(k);
                 path.fit = chain::polish(without);
-                with = LeftOut::of(&path.fit);
+                *with = LeftOut::of(&path.fit);
             }
         }
-        with
+        path.named.len() < before
     }
 
     /// Simpler laws where a richer one does not lead them, or folds speak against it beside them.
