@@ -176,6 +176,14 @@ pub struct Finding {
     pub curve: Option<Curve>,
 }
 
+impl Finding {
+    /// The law whose formula, parameters and words it has: a variation of its class, or the class itself.
+    #[must_use]
+    pub fn named_law(&self) -> &str {
+        self.law.as_deref().unwrap_or(&self.class)
+    }
+}
+
 /// What speaks for a finding's class: the evidence alone, before it is calibrated on drawn cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Support {

@@ -181,10 +181,10 @@ pub(crate) fn shift(c: &Calibration) -> String {
 /// on q by tau`, `a payload on link forearm`.
 #[must_use]
 pub fn name(finding: &Finding) -> String {
-    let by_input = lacuna_effects::find(&finding.class).is_some_and(Effect::names_input);
+    let by_input = lacuna_effects::find(finding.named_law()).is_some_and(Effect::names_input);
     let joined = if by_input { "by" } else { "and" };
     let other = finding.other.as_ref().map_or_else(String::new, |o| format!(" {joined} {o}"));
-    format!("{}{other}", class_at(&finding.class, &finding.channel))
+    format!("{}{other}", class_at(finding.named_law(), &finding.channel))
 }
 
 /// The words of a class, and where it acts.

@@ -103,7 +103,7 @@ fn key(f: &Finding) -> String {
 
 /// The physical numbers of a finding.
 fn numbers(f: &Finding) -> String {
-    let law = find(f.law.as_deref().unwrap_or(&f.class));
+    let law = find(f.named_law());
     let physical =
         |name: &str| law.is_none_or(|e| e.parameters.iter().any(|p| p.name == name && p.physical));
     let one = |(name, e): (&String, &Estimate)| {

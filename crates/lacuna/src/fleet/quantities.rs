@@ -91,7 +91,7 @@ fn place(class: &str, channel: &str, other: Option<&str>) -> Option<Place> {
 
 /// The law of a finding and its numbers, in their order.
 fn numbers(finding: &Finding) -> Option<(&'static Effect, Vec<(f64, f64)>)> {
-    let effect = find(finding.law.as_deref().unwrap_or(&finding.class))?;
+    let effect = find(finding.named_law())?;
     // What a diagnosis does not tell, such as the width of a smooth edge, plays no part in sizes.
     let number = |p: &str| finding.parameters.get(p).map_or((0.0, 0.0), |e| (e.value, e.std));
     Some((effect, effect.parameters.iter().map(|p| number(p.name)).collect()))

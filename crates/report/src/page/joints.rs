@@ -42,7 +42,7 @@ fn rows(robot: &Robot, kinds: &[Kind]) -> Vec<Vec<String>> {
 
 /// `0.352 ± 0.004 N m (98 %)`; several numbers with their names.
 fn numbers(f: &Finding) -> String {
-    let parameters = find(&f.class).map_or(&[][..], |e| e.parameters);
+    let parameters = find(f.named_law()).map_or(&[][..], |e| e.parameters);
     let told = parameters.iter().filter(|p| p.physical && p.kind == Holds::Number);
     let told = told.filter_map(|p| Some((p.name, f.parameters.get(p.name)?)));
     let told: Vec<(&str, String)> =

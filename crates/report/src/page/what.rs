@@ -24,7 +24,7 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
 }
 
 fn card(f: &Finding) -> Markup {
-    let law = lacuna_effects::find(&f.class);
+    let law = lacuna_effects::find(f.named_law());
     html! {
         article.card {
             h3 { (words::name(f)) }

@@ -41,12 +41,12 @@ fn curve(d: &Diagnosis, joint: &Joint) -> Option<(String, Curve)> {
         let learned = d.location.channels.get(&joint.name)?.curves.iter().find(over)?;
         return Some(("nothing named".to_owned(), learned.clone()));
     };
-    let (mut curve, mut all) = (curve.clone(), vec![words::class_words(&first.class)]);
+    let (mut curve, mut all) = (curve.clone(), vec![words::class_words(first.named_law())]);
     for (finding, other) in named.filter(|(_, other)| other.at == curve.at.clone()) {
         for (sum, part) in [&mut curve.learned, &mut curve.law].into_iter().zip([&other.law; 2]) {
             sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
         }
-        all.push(words::class_words(&finding.class));
+        all.push(words::class_words(finding.named_law()));
     }
     Some((all.join(" and "), curve))
 }

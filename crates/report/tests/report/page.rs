@@ -85,6 +85,19 @@ fn findings_of_a_robot_are_told_by_joint() {
 }
 
 #[test]
+fn a_variation_of_a_class_has_its_own_words_and_formula() {
+    let mut d = missing();
+    d.findings[0].class = "hidden_resonance".into();
+    d.findings[0].law = Some("elastic_drive".into());
+    let html = page(&d, MODEL, &[proof("trajectory.csv", "q", 400)], COMMAND);
+    let [own, class] =
+        ["elastic_drive", "hidden_resonance"].map(|c| lacuna_effects::find(c).unwrap());
+    assert!(html.contains(own.formula) || html.contains(&own.formula.replace('\'', "&#39;")));
+    assert!(html.contains(&format!("{} on q", own.words)));
+    assert!(!html.contains(&format!("{} on q", class.words)));
+}
+
+#[test]
 fn tags_are_balanced() {
     each(|name, _, html| assert_eq!(unbalanced(html), None, "{name}"));
     assert_eq!(unbalanced("<p><b></p></b>"), Some("p closes b".into()));
