@@ -55,15 +55,11 @@ mod along;
 mod choice;
 mod columns;
 mod curve;
-mod edges;
 mod evidence;
 mod knots;
 mod laws;
 mod measured;
-mod offers;
-mod regression;
 mod rows;
-mod subset;
 mod windows;
 
 use crate::likelihood::Problem;

@@ -1,7 +1,7 @@
 //! What each candidate offers to a regression: its shapes with their columns, which do not depend on what stands
 //! beside it.
 
-use super::columns::{Column, Columns};
+use super::super::columns::{Column, Columns};
 use crate::candidates::Candidate;
 use lacuna_effects::Law;
 use std::collections::HashMap;

@@ -5,8 +5,8 @@
 //! for what it leaves. So where such a law was taken, its shape is found between those on offer, beside the laws of
 //! other channels alone, and so are those of its variations, which begin from it.
 
-use super::columns::Columns;
-use super::laws::{Pursuit, Taken};
+use super::super::columns::Columns;
+use super::pursuit::{Pursuit, Taken};
 use super::regression::Regression;
 use crate::candidates::{Candidate, Term};
 use crate::screen::priors;

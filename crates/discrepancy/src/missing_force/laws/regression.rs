@@ -13,7 +13,7 @@
 //! X = L^-1 C^T D,   S = I + D^T D - X^T X,   r = D^T y - X^T z
 //! ```
 
-use super::columns::Column;
+use super::super::columns::Column;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
