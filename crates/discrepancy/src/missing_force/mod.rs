@@ -39,7 +39,7 @@
 //! | int phi f(x) dt by values at knots | `knots` |
 //! | marginal likelihood, posterior | `evidence` ([`lacuna_occupation::identification::evidence`]) |
 //! | which variables | `choice` |
-//! | laws of all channels together: columns c_k, sets of them, where an edge stands | [`laws`], `columns`, `subset`, `edges` |
+//! | laws of all channels together: columns c_k, sets of them, where an edge stands | [`laws()`], `columns`, `laws::subset`, `laws::edges` |
 //! | f with its standard deviation where the recordings went | [`Learned`] |
 //!
 //! On an imposed coordinate the force f is measured that moves it, `y = h(x, f)`: there

@@ -34,7 +34,7 @@ impl Pursuit<'_> {
     }
 
     /// The same under the noise that is known so far; what they leave is known then.
-    pub(super) fn begin_beside(
+    fn begin_beside(
         &mut self,
         beside: &[Taken],
         candidates: &[Candidate],
@@ -51,12 +51,7 @@ impl Pursuit<'_> {
 
     /// The likeliest laws of one channel by itself, of candidates with the shapes on offer and of those that were
     /// made `sharp`.
-    pub(super) fn of_channel(
-        &self,
-        c: usize,
-        candidates: &[Candidate],
-        sharp: &[Taken],
-    ) -> Vec<Taken> {
+    fn of_channel(&self, c: usize, candidates: &[Candidate], sharp: &[Taken]) -> Vec<Taken> {
         let Some(block) = &self.blocks[c] else { return vec![] };
         let (problem, rows) = (self.columns.problem, &self.columns.rows[c]);
         let whiten = |entries: &[f64]| {

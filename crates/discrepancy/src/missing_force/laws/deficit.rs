@@ -40,7 +40,7 @@ impl Pursuit<'_> {
     }
 
     /// The input that drives a channel alone and on which a law acts, or of which its force on the channel depends.
-    pub(super) fn input_of(&self, candidate: &Candidate, c: usize) -> Option<usize> {
+    fn input_of(&self, candidate: &Candidate, c: usize) -> Option<usize> {
         let input = match candidate.effect.law {
             Law::Input(_) => Some(candidate.channel),
             Law::Force(_) if candidate.channel == c && candidate.effect.names_input() => {
@@ -52,14 +52,14 @@ impl Pursuit<'_> {
     }
 
     /// The laws of inputs that drive a channel alone: their places among those that were taken, and which input.
-    pub(super) fn laws_of_inputs(&self, c: usize) -> impl Iterator<Item = (usize, usize)> {
+    fn laws_of_inputs(&self, c: usize) -> impl Iterator<Item = (usize, usize)> {
         let all = self.taken.iter().enumerate();
         all.filter_map(move |(k, t)| Some((k, self.input_of(&t.term.candidate, c)?)))
     }
 
     /// Nats that are missing to rows of a channel of nothing but the sensors' noise, what its own laws silence, and
     /// what they cost; of so many rows that are correlated one is counted.
-    pub(super) fn deficit_of(&self, c: usize, colour: f64) -> f64 {
+    fn deficit_of(&self, c: usize, colour: f64) -> f64 {
         let Some(block) = &self.blocks[c] else { return 0.0 };
         let laws = self.taken.iter().filter(|t| self.acts_alone(&t.term.candidate, c)).count();
         let all = block.deficit * block.colour + self.silenced(c, block);
@@ -71,7 +71,7 @@ impl Pursuit<'_> {
     /// `log p(u | motion) = log p(motion | u) + sum_k log |du'/du|`: of an input that makes no difference, no value is
     /// likelier than another. No slope is smaller than the noise is beside the input. Where nothing but the sensors'
     /// noise is left, the input is what the machine got, and needs no explanation.
-    pub(super) fn silenced(&self, c: usize, block: &Block) -> f64 {
+    fn silenced(&self, c: usize, block: &Block) -> f64 {
         if block.white == 0 || self.laws_of_inputs(c).next().is_none() {
             return 0.0;
         }

@@ -1,7 +1,7 @@
 //! The laws that the missing forces of all channels obey together.
 //!
 //! With whitened rows `y = P p + sum_k a_k c_k + e` of all channels, the evidence of a set of laws is that of a
-//! linear regression (`regression`).
+//! linear regression ([`regression`]).
 //!
 //! A machine may lack something on each of its joints. So each round takes the most probable law of every
 //! channel, as they hardly rival one another, finds the noise again that they leave, and then gives up what is

@@ -102,7 +102,7 @@ impl<'a> Pursuit<'a> {
     }
 
     /// What one column is, whitened, each channel tempered, in units of its prior.
-    pub(super) fn whitened(&self, column: &Column, sd: f64) -> Column {
+    fn whitened(&self, column: &Column, sd: f64) -> Column {
         let of = |(c, entries): &(usize, Vec<f64>)| {
             let block = self.blocks[*c].as_ref()?;
             let mut entries = entries.clone();
@@ -115,7 +115,7 @@ impl<'a> Pursuit<'a> {
     }
 
     /// Whiten what does not hang on the laws.
-    pub(super) fn whiten_known(&mut self) {
+    fn whiten_known(&mut self) {
         let known = self.known.iter().map(|(column, sd)| self.whitened(column, *sd)).collect();
         let of_channel = |(c, y): (usize, &Vec<f64>)| {
             let whole: Column = vec![(c, y.clone())];
@@ -220,7 +220,7 @@ impl<'a> Pursuit<'a> {
 
     /// Nats that the columns of each of several shapes gain beside what is taken, and their amplitudes; none for a
     /// magnitude that would be negative.
-    pub(super) fn gains(
+    fn gains(
         &self,
         base: &Regression,
         shapes: &[Vec<Column>],

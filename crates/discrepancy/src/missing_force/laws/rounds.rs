@@ -17,7 +17,7 @@ impl Pursuit<'_> {
         self
     }
 
-    pub(super) fn run(&mut self, candidates: &[Candidate], tie: f64) {
+    fn run(&mut self, candidates: &[Candidate], tie: f64) {
         for _ in 0..ROUNDS {
             let Some(base) = self.base() else { return };
             let have: Vec<Candidate> = self.taken.iter().map(|t| t.term.candidate).collect();
@@ -50,7 +50,7 @@ impl Pursuit<'_> {
     }
 
     /// Give up what is no longer missed, and put a law in another's place where it is the likelier.
-    pub(super) fn revise(&mut self, candidates: &[Candidate], tie: f64) {
+    fn revise(&mut self, candidates: &[Candidate], tie: f64) {
         let mut k = 0;
         while k < self.taken.len() {
             let others: Vec<&Taken> =
@@ -84,7 +84,7 @@ impl Pursuit<'_> {
 
     /// Nats that a law gains beside others: as it was scored with them, or with the shape that it has, one of as many
     /// as are on offer, where that gains more.
-    pub(super) fn gain_here(&self, base: &Regression, law: &Taken, scored: &[(Taken, f64)]) -> f64 {
+    fn gain_here(&self, base: &Regression, law: &Taken, scored: &[(Taken, f64)]) -> f64 {
         let own = law.term.candidate;
         let (_, magnitude) = priors(self.columns.problem, &own);
         let shapes = self.offers.of(self.columns, &own).shapes.len();

@@ -12,7 +12,7 @@ const MOST_RIVALS: usize = 3;
 
 impl Pursuit<'_> {
     /// What could stand in the place of a law beside the others, the best first.
-    pub(super) fn rivals(&self, without: &Regression, t: &Taken) -> Vec<Instead> {
+    fn rivals(&self, without: &Regression, t: &Taken) -> Vec<Instead> {
         let own = t.term.candidate;
         let (_, magnitude) = priors(self.columns.problem, &own);
         let Some((here, _)) = self.gain(without, t, magnitude) else {
