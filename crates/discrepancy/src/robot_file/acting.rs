@@ -49,8 +49,9 @@ pub(super) fn effects(
 }
 
 fn is(finding: &Finding, new: &NewEffect) -> bool {
-    let law = finding.law.as_ref().unwrap_or(&finding.class);
-    law == new.effect.class && finding.channel == new.channel && finding.other == new.other
+    finding.named_law() == new.effect.class
+        && finding.channel == new.channel
+        && finding.other == new.other
 }
 
 impl Acting {

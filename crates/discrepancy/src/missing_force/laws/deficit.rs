@@ -1,7 +1,6 @@
 //! What is missing to rows of nothing but the sensors' noise, and what laws of inputs silence.
 
 use super::super::columns::rms;
-use super::amplitudes;
 use super::block::Block;
 use super::pursuit::Pursuit;
 use crate::candidates::{Candidate, Term};
@@ -75,7 +74,7 @@ impl Pursuit<'_> {
         if block.white == 0 || self.laws_of_inputs(c).next().is_none() {
             return 0.0;
         }
-        let amplitudes = self.base().map_or(vec![], |base| amplitudes(&self.taken, &base));
+        let amplitudes = self.base().map_or(vec![], |base| self.amplitudes(&base));
         let rows: usize = self.columns.rows[c].iter().map(|(_, own)| own.right.len()).sum();
         let of = |j: usize| {
             let laws: Vec<(&Term, &[f64])> = self

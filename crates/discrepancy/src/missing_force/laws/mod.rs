@@ -27,9 +27,8 @@ use crate::candidates::{Candidate, Term};
 use crate::likelihood::Problem;
 use lacuna_effects::{CATALOGUE, Law, Variable};
 use offers::Offers;
-use pursuit::{Pursuit, Taken};
+use pursuit::Pursuit;
 use rayon::prelude::*;
-use regression::Regression;
 
 /// A law with its amplitudes and what it gains beside the others.
 #[derive(Clone, Debug)]
@@ -96,18 +95,6 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
     }
     best.refine();
     best.obeyed()
-}
-
-/// The amplitudes of laws that stand last in a regression.
-fn amplitudes(taken: &[Taken], base: &Regression) -> Vec<Vec<f64>> {
-    let mean = base.coefficients();
-    let mut at = mean.len() - taken.iter().map(|t| t.sd.len()).sum::<usize>();
-    let of = |t: &Taken| {
-        let first = at;
-        at += t.sd.len();
-        t.sd.iter().enumerate().map(|(i, sd)| sd * mean[first + i]).collect()
-    };
-    taken.iter().map(of).collect()
 }
 
 /// Whether a law is a plain one. What has a memory or a time of its own follows much that it is not, and the

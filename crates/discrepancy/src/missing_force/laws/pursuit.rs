@@ -133,6 +133,23 @@ impl<'a> Pursuit<'a> {
         Regression::of(&columns, self.quieted.right.clone())
     }
 
+    /// Every law that was taken but one.
+    pub(super) fn others(&self, k: usize) -> Vec<&Taken> {
+        self.taken.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t).collect()
+    }
+
+    /// The amplitudes of the laws that were taken, which stand last in the regression on all of them.
+    pub(super) fn amplitudes(&self, base: &Regression) -> Vec<Vec<f64>> {
+        let mean = base.coefficients();
+        let mut at = mean.len() - self.taken.iter().map(|t| t.sd.len()).sum::<usize>();
+        let of = |t: &Taken| {
+            let first = at;
+            at += t.sd.len();
+            t.sd.iter().enumerate().map(|(i, sd)| sd * mean[first + i]).collect()
+        };
+        self.taken.iter().map(of).collect()
+    }
+
     pub(super) fn base(&self) -> Option<Regression> {
         self.base_of(&self.taken.iter().collect::<Vec<_>>())
     }

@@ -53,8 +53,7 @@ impl Pursuit<'_> {
     fn revise(&mut self, candidates: &[Candidate], tie: f64) {
         let mut k = 0;
         while k < self.taken.len() {
-            let others: Vec<&Taken> =
-                self.taken.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t).collect();
+            let others = self.others(k);
             let Some(base) = self.base_of(&others) else { return };
             let own = self.taken[k].term.candidate;
             let rivals: Vec<&Candidate> = candidates
@@ -103,9 +102,8 @@ impl Pursuit<'_> {
                 .filter(|c| c.channel == own.channel && c.effect.is_kin_of(own.effect))
                 .filter(|c| c.effect.nature.variation_of.is_none())
                 .collect();
-            let others: Vec<&Taken> =
-                self.taken.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t).collect();
-            let Some(base) = self.base_of(&others).filter(|_| kin.len() > 1) else { continue };
+            let base = self.base_of(&self.others(k));
+            let Some(base) = base.filter(|_| kin.len() > 1) else { continue };
             let scored: Vec<(Taken, f64)> =
                 kin.par_iter().filter_map(|c| self.scored(&base, c)).collect();
             let here = self.gain_here(&base, &self.taken[k], &scored);

@@ -2,7 +2,7 @@
 
 use super::pursuit::{Pursuit, Taken};
 use super::regression::Regression;
-use super::{Instead, Obeyed, amplitudes, is_plain};
+use super::{Instead, Obeyed, is_plain};
 use crate::candidates::Candidate;
 use crate::screen::priors;
 use rayon::prelude::*;
@@ -42,12 +42,8 @@ impl Pursuit<'_> {
     pub(super) fn obeyed(&self) -> Vec<Obeyed> {
         let Some(base) = self.base() else { return vec![] };
         let mut all = vec![];
-        for (k, (t, amplitudes)) in
-            self.taken.iter().zip(amplitudes(&self.taken, &base)).enumerate()
-        {
-            let others: Vec<&Taken> =
-                self.taken.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t).collect();
-            let Some(without) = self.base_of(&others) else { continue };
+        for (k, (t, amplitudes)) in self.taken.iter().zip(self.amplitudes(&base)).enumerate() {
+            let Some(without) = self.base_of(&self.others(k)) else { continue };
             let rivals = self.rivals(&without, t);
             let gain = base.evidence - without.evidence;
             all.push(Obeyed { term: t.term.clone(), amplitudes, gain, rivals });
