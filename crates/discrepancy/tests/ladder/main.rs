@@ -4,6 +4,7 @@ mod afresh;
 mod beyond;
 mod driven;
 mod errors;
+mod evidence;
 mod findings;
 mod imposed;
 mod inputs;
