@@ -14,6 +14,7 @@ use std::path::Path;
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::DataType;
 use ::parquet::errors::ParquetError;
+use ::parquet::file::metadata::ParquetMetaData;
 use ::parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 use lacuna_units::names::nearest;
 
@@ -72,6 +73,7 @@ impl Table {
         let raw = opened.try_clone().map_err(unreadable)?;
         let reader = SerializedFileReader::new(opened).map_err(|e| broken(&file, &e))?;
         let metadata = reader.metadata();
+        check_places(&file, metadata, bytes)?;
         let leaves = schema::leaves(metadata.file_metadata().schema_descr());
         let rows: i64 = metadata.row_groups().iter().map(|g| g.num_rows().max(0)).sum();
         let budget = Budget::of(&file, bytes);
@@ -345,6 +347,25 @@ impl Table {
 
 /// Takes row, entry and value.
 type Sink<'s> = &'s mut dyn FnMut(usize, usize, f64) -> Result<(), RecordingError>;
+
+/// That every column of every group of rows lies in the file, of so many bytes: the reader takes it for granted.
+fn check_places(file: &str, metadata: &ParquetMetaData, bytes: u64) -> Result<(), RecordingError> {
+    for (k, group) in metadata.row_groups().iter().enumerate() {
+        for column in group.columns() {
+            let dictionary = column.dictionary_page_offset();
+            let start = u64::try_from(dictionary.unwrap_or(column.data_page_offset()));
+            let end = start.ok().zip(u64::try_from(column.compressed_size()).ok());
+            let end = end.and_then(|(start, length)| start.checked_add(length));
+            if end.is_none_or(|end| end > bytes) {
+                let name = column.column_path();
+                let reason =
+                    format!("column {name} of its row group {k} is said to lie outside the file");
+                return Err(broken(file, &ParquetError::General(reason)));
+            }
+        }
+    }
+    Ok(())
+}
 
 fn broken(file: &str, error: &ParquetError) -> RecordingError {
     match error {
