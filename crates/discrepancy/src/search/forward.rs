@@ -472,9 +472,23 @@ pub(super) fn settles(
     share: f64,
     blur: f64,
 ) -> bool {
-    let (excess, left) = (before.excess().max(0.0), after.excess());
-    let drop = before.excess() - left;
-    drop > decision.relevant.max(blur) && (left < decision.noise - 1.0 || drop > share * excess)
+    let relevant = decision.relevant.max(blur);
+    takes_enough(decision, (before.excess(), after.excess()), share, relevant)
+}
+
+/// The same of mean square residuals beyond the noise, before and after, of which more than `relevant` must go. Where
+/// the residual was no more than noise before, it is so after any effect: noise of another colour than is thought can be
+/// nibbled at as the remainder of a formula can, and an effect must take as much of it as a further one of that.
+fn takes_enough(
+    decision: &Decision,
+    (before, left): (f64, f64),
+    share: f64,
+    relevant: f64,
+) -> bool {
+    let (drop, noise) = (before - left, decision.noise - 1.0);
+    let comes_down = before > noise && left < noise;
+    let share = if before > noise { share } else { share.max(decision.further_share) };
+    drop > relevant && (comes_down || drop > share * before.max(0.0))
 }
 
 /// Whether a term may be worth far more than the screening says. There parameters move freely, and those of
@@ -529,4 +543,25 @@ pub(super) fn curve_covers(e: &ModelEffect, c: &Candidate) -> bool {
 /// coordinate that it is over.
 fn moves_curve(e: &ModelEffect, c: &Candidate) -> bool {
     e.over() == Some(Variable::Coordinate) && e.channel == c.channel && c.is_offset()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::takes_enough;
+    use crate::decision::Decision;
+
+    #[test]
+    fn noise_is_not_nibbled_at() {
+        let decision = Decision::default();
+        let (share, relevant) = (decision.share, decision.relevant);
+        let takes =
+            |before: f64, left: f64| takes_enough(&decision, (before, left), share, relevant);
+        // Down to the noise, or a share of what is above it.
+        assert!(takes(0.07, 0.04) && takes(3.0, 0.04) && takes(3.0, 2.0) && !takes(3.0, 2.5));
+        // Of noise most, and more than is worth a word.
+        assert!(takes(0.02, 0.008) && takes(0.02, -0.01) && !takes(0.02, 0.014));
+        assert!(!takes(0.004, 0.002) && takes(-0.01, -0.02));
+        // Of a remainder most, too, as before.
+        assert!(!takes_enough(&decision, (3.0, 2.0), decision.further_share, relevant));
+    }
 }
