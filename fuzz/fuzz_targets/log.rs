@@ -1,30 +1,4 @@
-//! Recordings of the formats that are no text; the first line is the name's ending and the part (`mat#rows=1..7`).
+//! Fuzzes `log`.
 #![no_main]
 
-use lacuna::recordings::{RecordingSource, Sampling, Wanted, read_log};
-use lacuna_fuzz::file;
-use libfuzzer_sys::fuzz_target;
-
-const ENDINGS: [&str; 3] = ["mat", "mcap", "parquet"];
-
-fuzz_target!(|data: &[u8]| {
-    let end = data.iter().position(|b| *b == b'\n').unwrap_or(0);
-    let (first, bytes) = data.split_at(end);
-    let first = String::from_utf8_lossy(first);
-    let (ending, part) = first.split_at(first.find('#').unwrap_or(first.len()));
-    if !ENDINGS.contains(&ending) {
-        return;
-    }
-    let path = file(&format!("run.{ending}"), bytes.get(1..).unwrap_or(&[]));
-    let Ok(source) = format!("{}{part}", path.display()).parse::<RecordingSource>() else { return };
-    for wanted in [Wanted::all("t"), Wanted::only("t", ["q".to_owned()])] {
-        match read_log(&source, &wanted) {
-            Ok(log) => {
-                let recording = &log.recording;
-                let sampling = Sampling::of(&recording.time);
-                assert_eq!(sampling.positions(recording.len()).len(), recording.len());
-            }
-            Err(error) => assert!(!error.to_string().is_empty()),
-        }
-    }
-});
+libfuzzer_sys::fuzz_target!(|data: &[u8]| lacuna_fuzz::log::survive(data));

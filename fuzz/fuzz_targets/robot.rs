@@ -1,10 +1,4 @@
-//! Robots' files, URDF and MJCF.
+//! Fuzzes `robot`.
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(|text: &str| {
-    if let Ok(robot) = lacuna::rigid::read(text) {
-        let _ = robot.tree(&[]);
-    }
-});
+libfuzzer_sys::fuzz_target!(|text: &str| lacuna_fuzz::robot::survive(text));

@@ -1,6 +1,16 @@
-//! What the targets share: a folder for inputs that are read from files.
+//! What is fuzzed: each reader, and the commands on a model and a recording, with a folder for inputs that are read
+//! from files. The targets hand on what the fuzzer makes up; `tests/fuzz.rs` of the workspace what it draws itself.
 
-use std::path::{Path, PathBuf};
+pub mod command;
+pub mod expression;
+pub mod fleet;
+pub mod learned;
+pub mod log;
+pub mod model;
+pub mod recording;
+pub mod robot;
+
+use std::path::PathBuf;
 use std::sync::LazyLock;
 
 static FOLDER: LazyLock<tempfile::TempDir> =
@@ -11,11 +21,6 @@ pub fn file(name: &str, bytes: &[u8]) -> PathBuf {
     let path = FOLDER.path().join(name);
     std::fs::write(&path, bytes).expect("the input is written");
     path
-}
-
-/// The folder of these files.
-pub fn folder() -> &'static Path {
-    FOLDER.path()
 }
 
 /// The parts of an input, between lines of `===`.

@@ -39,6 +39,7 @@
 
 mod arrangement;
 mod conditioning;
+mod contained;
 mod csv;
 mod error;
 mod hold;

@@ -1,0 +1,11 @@
+//! Identified and compiled models.
+
+use super::file;
+use lacuna::models::{AnyModel, LearnedModel};
+
+/// Neither may panic, whatever the bytes are.
+pub fn survive(data: &[u8]) {
+    let path = file("model.json", data);
+    let _ = AnyModel::read(&path);
+    let _ = LearnedModel::read(&path);
+}
