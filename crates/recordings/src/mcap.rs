@@ -23,6 +23,7 @@ use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReader
 use ::mcap::{McapError, parse_record};
 use lacuna_units::names::nearest;
 
+use crate::contained::contained;
 use crate::error::RecordingError;
 use crate::log::{Clock, Log, Wanted};
 use crate::memory::{Budget, LARGEST_PIECE};
@@ -125,7 +126,10 @@ impl Messages<'_> {
         let options =
             LinearReaderOptions::default().with_record_length_limit(LARGEST_PIECE as usize / 2);
         let mut reader = LinearReader::new_with_options(options);
-        while let Some(event) = reader.next_event() {
+        loop {
+            let from = &mut reader;
+            let event = contained("MCAP", source, move || Ok(from.next_event()))?;
+            let Some(event) = event else { return Ok(()) };
             match event.map_err(|e| self.broken(&e))? {
                 LinearReadEvent::ReadRequest(_) => {
                     let read = file.read(reader.insert(PIECE)).map_err(|error| {
@@ -142,7 +146,6 @@ impl Messages<'_> {
                 }
             }
         }
-        Ok(())
     }
 
     fn describe(&mut self, record: Record) {

@@ -18,6 +18,7 @@ use ::parquet::file::metadata::ParquetMetaData;
 use ::parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 use lacuna_units::names::nearest;
 
+use crate::contained::contained;
 use crate::error::RecordingError;
 use crate::log::{Log, Wanted};
 use crate::memory::Budget;
@@ -51,7 +52,7 @@ impl Reader for Parquet {
     }
 
     fn read(&self, source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
-        Table::open(&source.path)?.read(source, wanted)
+        contained(self.format(), source, || Table::open(&source.path)?.read(source, wanted))
     }
 }
 

@@ -4,7 +4,6 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use crate::contained::contained;
 use crate::csv::Csv;
 use crate::error::RecordingError;
 use crate::kinds::kind;
@@ -60,12 +59,7 @@ pub fn read(source: &RecordingSource, time_column: &str) -> Result<Recording, Re
 /// As [`read`]. Of a file of which columns were left out, [`RecordingError::NoSuchColumn`] where one is not
 /// there that is needed, and [`RecordingError::NothingMeasured`]; where all are kept, who uses them tells.
 pub fn read_log(source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
-    let reader = choose(READERS, &source.path)?;
-    let log = contained(|| reader.read(source, wanted)).map_err(|gave_up| {
-        let reason = format!("its decoder gave up ({gave_up}): the file is damaged");
-        let file = source.path.display().to_string();
-        RecordingError::Broken { file, format: reader.format(), reason }
-    })??;
+    let log = choose(READERS, &source.path)?.read(source, wanted)?;
     if !log.others.is_empty() {
         let kept = log.recording.columns.iter().map(|c| &c.name);
         let names: Vec<&str> = kept.chain(&log.others).map(String::as_str).collect();
