@@ -10,6 +10,7 @@ pub mod model;
 pub mod recording;
 pub mod robot;
 
+use lacuna::recordings::{Recording, RecordingError, Sampling};
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -26,4 +27,15 @@ pub fn file(name: &str, bytes: &[u8]) -> PathBuf {
 /// The parts of an input, between lines of `===`.
 pub fn parts(text: &str) -> impl Iterator<Item = &str> {
     text.split("\n===\n")
+}
+
+/// That what is read of a recording has a place for every sample, and that what cannot be read is told.
+pub fn told(read: Result<Recording, RecordingError>) {
+    match read {
+        Ok(recording) => {
+            let sampling = Sampling::of(&recording.time);
+            assert_eq!(sampling.positions(recording.len()).len(), recording.len());
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
 }

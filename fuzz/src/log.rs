@@ -1,7 +1,7 @@
 //! Recordings of the formats that are no text; the first line is the name's ending and the part (`mat#rows=1..7`).
 
-use super::file;
-use lacuna::recordings::{RecordingSource, Sampling, Wanted, read_log};
+use super::{file, told};
+use lacuna::recordings::{RecordingSource, Wanted, read_log};
 
 const ENDINGS: [&str; 3] = ["mat", "mcap", "parquet"];
 
@@ -17,13 +17,6 @@ pub fn survive(data: &[u8]) {
     let path = file(&format!("run.{ending}"), bytes.get(1..).unwrap_or(&[]));
     let Ok(source) = format!("{}{part}", path.display()).parse::<RecordingSource>() else { return };
     for wanted in [Wanted::all("t"), Wanted::only("t", ["q".to_owned()])] {
-        match read_log(&source, &wanted) {
-            Ok(log) => {
-                let recording = &log.recording;
-                let sampling = Sampling::of(&recording.time);
-                assert_eq!(sampling.positions(recording.len()).len(), recording.len());
-            }
-            Err(error) => assert!(!error.to_string().is_empty()),
-        }
+        told(read_log(&source, &wanted).map(|log| log.recording));
     }
 }

@@ -1,7 +1,7 @@
 //! Recordings, whole and in part; the first line is the part (`#rows=1..7`), or empty.
 
-use super::file;
-use lacuna::recordings::{RecordingSource, Sampling, read};
+use super::{file, told};
+use lacuna::recordings::{RecordingSource, read};
 
 /// What cannot be read is told.
 pub fn survive(data: &[u8]) {
@@ -10,11 +10,5 @@ pub fn survive(data: &[u8]) {
     let path = file("recording.csv", bytes.get(1..).unwrap_or(&[]));
     let wanted = format!("{}{}", path.display(), String::from_utf8_lossy(part));
     let Ok(source) = wanted.parse::<RecordingSource>() else { return };
-    match read(&source, "t") {
-        Ok(recording) => {
-            let sampling = Sampling::of(&recording.time);
-            assert_eq!(sampling.positions(recording.len()).len(), recording.len());
-        }
-        Err(error) => assert!(!error.to_string().is_empty()),
-    }
+    told(read(&source, "t"));
 }

@@ -486,9 +486,11 @@ fn takes_enough(
     relevant: f64,
 ) -> bool {
     let (drop, noise) = (before - left, decision.noise - 1.0);
-    let comes_down = before > noise && left < noise;
-    let share = if before > noise { share } else { share.max(decision.further_share) };
-    drop > relevant && (comes_down || drop > share * before.max(0.0))
+    let settled = match before > noise {
+        true => left < noise || drop > share * before,
+        false => drop > share.max(decision.further_share) * before,
+    };
+    drop > relevant && settled
 }
 
 /// Whether a term may be worth far more than the screening says. There parameters move freely, and those of

@@ -22,7 +22,6 @@ const EFFORT: Effort = Effort { steps: 60, least: 1e-8 };
 struct Posterior<'p> {
     problem: &'p Problem<'p>,
     hypothesis: Hypothesis,
-    step: f64,
 }
 
 impl Posterior<'_> {
@@ -36,7 +35,8 @@ impl Posterior<'_> {
         let input = SampledInput { times: &o.times, values: &inputs, hold: model.hold };
         let system = System::with(model, &h.parameters, &h.effects);
         let begin = system.at_rest(start);
-        let motion = rk4(&system, &begin, &input, &o.times, self.step / 4.0).ok()?;
+        let step = (o.times[1] - o.times[0]) / 4.0;
+        let motion = rk4(&system, &begin, &input, &o.times, step).ok()?;
         let mut residuals = vec![];
         for (k, weight) in self.problem.weights.iter().enumerate() {
             let state = model.coordinate_index(k);
@@ -48,17 +48,13 @@ impl Posterior<'_> {
 
     /// Logarithm of likelihood times prior, up to what all hypotheses share; none out of bounds.
     fn log_density(&self, all: &[f64]) -> Option<f64> {
-        let free = &self.hypothesis.free;
-        let inside = free.iter().zip(all).all(|(f, x)| *x >= f.bounds.0 && *x <= f.bounds.1);
-        let chi2: f64 = self.residuals(inside.then_some(all)?)?.iter().map(|e| e * e).sum();
-        let prior: f64 = free
-            .iter()
-            .zip(all)
-            .map(|(f, x)| {
-                0.5 * ((x - f.mean) / f.sd).powi(2) + (f.sd * std::f64::consts::TAU.sqrt()).ln()
-            })
-            .sum();
-        Some(-0.5 * chi2 - prior - self.hypothesis.log_prior_mass())
+        let h = &self.hypothesis;
+        if !h.free.iter().zip(all).all(|(f, x)| (f.bounds.0..=f.bounds.1).contains(x)) {
+            return None;
+        }
+        let chi2: f64 = self.residuals(all)?.iter().map(|e| e * e).sum();
+        let widths: f64 = h.free.iter().map(|f| (f.sd * std::f64::consts::TAU.sqrt()).ln()).sum();
+        Some(-0.5 * (chi2 + h.penalty(all)) - widths - h.log_prior_mass())
     }
 
     /// Precision of all that is fitted at a point, by differences.
@@ -114,14 +110,14 @@ impl Posterior<'_> {
 }
 
 /// Log of the integral of a fitted hypothesis, with its standard error.
-fn sampled(problem: &Problem, fit: &Fit, step: f64, seed: u64) -> (f64, f64) {
+fn sampled(problem: &Problem, fit: &Fit, seed: u64) -> (f64, f64) {
     let hypothesis = fit.hypothesis.clone();
     let start = fit.windowed.starts[0].machine[0].clone();
     let mut at = hypothesis.theta();
     let mut widths = fit.std(1.0);
     widths.extend(start.iter().map(|_| 1.0 / problem.weights[0]));
     at.extend(start);
-    Posterior { problem, hypothesis, step }.log_integral(&at, &widths, seed)
+    Posterior { problem, hypothesis }.log_integral(&at, &widths, seed)
 }
 
 /// Log Bayes factors (nats) of an effect that is there, by Laplace's method and sampled, with the standard error of
@@ -136,8 +132,8 @@ fn bayes_factors(bench: Bench, effect: &str, seed: u64) -> (f64, f64, f64) {
     let scales = problem.scales_of(&effect);
     let with = plain.refit(plain.hypothesis.clone().with(effect, &scales), EFFORT).expect("a fit");
     let laplace = with.log_evidence(1.0) - plain.log_evidence(1.0);
-    let (a, da) = sampled(&problem, &with, bench.step, seed);
-    let (b, db) = sampled(&problem, &plain, bench.step, seed);
+    let (a, da) = sampled(&problem, &with, seed);
+    let (b, db) = sampled(&problem, &plain, seed);
     (laplace, a - b, da.hypot(db))
 }
 
