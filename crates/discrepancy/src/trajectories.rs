@@ -4,6 +4,7 @@ use crate::DiagnoseError;
 use crate::dataset::{Dataset, Observed, smoothed};
 use lacuna_effects::{AnyForceLaw, At, Channel};
 use lacuna_plants::{Model, Plant, System};
+use rayon::prelude::*;
 
 /// One recording's smoothed states.
 #[derive(Clone, Debug)]
@@ -51,14 +52,20 @@ impl SmoothedRecording {
             coordinates: n,
             width,
         };
-        for channel in 0..model.channels() {
+        let state = |channel: usize| model.coordinate_index(channel);
+        let path = |channel: usize| {
+            if model.motion_index(channel).is_some() {
+                return Ok(None);
+            }
+            let rate = model.is_coordinate(channel).then_some(state(channel) + n);
+            smoothed(dataset, observed, state(channel), rate)
+        };
+        let paths: Vec<_> = (0..model.channels()).into_par_iter().map(path).collect();
+        for (channel, path) in paths.into_iter().enumerate() {
             if let Some(motion) = model.motion_index(channel) {
                 this.follow(channel, motion);
-                continue;
             }
-            let state = model.coordinate_index(channel);
-            let rate = model.is_coordinate(channel).then_some(state + n);
-            let Some(path) = smoothed(dataset, observed, state, rate)? else { continue };
+            let (state, Some(path)) = (state(channel), path?) else { continue };
             for k in 0..samples {
                 this.states[k * width + state] = path.value[k];
                 if model.is_coordinate(channel) {

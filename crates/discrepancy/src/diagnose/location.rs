@@ -14,9 +14,14 @@ const QUIET: f64 = 0.1;
 
 impl Ladder<'_> {
     /// What the model misses on each channel as it is, its parameters within their tolerances.
-    pub(super) fn location(&self, findings: &[Finding]) -> Location {
+    pub(super) fn missing_force(&self) -> MissingForce {
+        let belief = Belief::of(self.problem.model, self.decision.prior_odds);
+        MissingForce::of(self.problem, &belief)
+    }
+
+    /// The same in words and curves.
+    pub(super) fn location(&self, missing: &MissingForce, findings: &[Finding]) -> Location {
         let model = self.problem.model;
-        let missing = MissingForce::of(self.problem, &Belief::of(model, self.decision.prior_odds));
         let channels = (0..model.channels()).map(|c| {
             let name = model.channel_name(c).to_owned();
             let explains = |f: &&Finding| f.channel == name || bears(f, &name);

@@ -67,7 +67,8 @@ impl<'a> Ladder<'a> {
         let selected = self.verdict();
         let findings = self.findings();
         let mut notes = self.notes(selected);
-        let (handed, proved) = self.proved(selected);
+        let ((handed, proved), missing) =
+            rayon::join(|| self.proved(selected), || self.missing_force());
         // Parameters alone are no finding that stands without a proof.
         let refused =
             proved.outcome == ProofOutcome::Worse || (proved.harms && findings.is_empty());
@@ -98,7 +99,7 @@ impl<'a> Ladder<'a> {
             model: self.problem.model.name.clone(),
             robot: Robot::of(self.problem.model),
             verdict,
-            location: self.location(&findings),
+            location: self.location(&missing, &findings),
             formula: (!findings.is_empty()).then(|| self.formula()),
             findings,
             calibration: if keep { BTreeMap::new() } else { self.calibration() },

@@ -15,6 +15,7 @@ use lacuna_plants::model::{
 };
 use lacuna_plants::{InputPath, Model};
 use lacuna_recordings::{Sampling, estimate_noise_pooled};
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -68,7 +69,7 @@ impl<'a> Problem<'a> {
     pub fn new(model: &'a Model, dataset: &'a Dataset) -> Result<Self, DiagnoseError> {
         let smoothed = dataset
             .recordings
-            .iter()
+            .par_iter()
             .map(|o| SmoothedRecording::new(model, dataset, o))
             .collect::<Result<Vec<_>, _>>()?;
         let sample = Sampling::of(&smoothed[0].times).step;

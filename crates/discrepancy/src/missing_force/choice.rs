@@ -1,6 +1,7 @@
 //! Which variables the missing force depends on.
 
 use super::evidence::{Evidence, Part, Supposed};
+use rayon::prelude::*;
 
 /// What is chosen.
 #[derive(Clone, Debug)]
@@ -29,8 +30,9 @@ pub(super) fn choose(evidence: &Evidence, least: f64) -> Option<Chosen> {
                 supposed
             })
         });
-        let found = tried.filter_map(|s| evidence.best(&s));
-        let best = found.max_by(|a, b| a.1.total_cmp(&b.1));
+        let tried: Vec<Supposed> = tried.collect();
+        let found: Vec<_> = tried.par_iter().map(|s| evidence.best(s)).collect();
+        let best = found.into_iter().flatten().max_by(|a, b| a.1.total_cmp(&b.1));
         let Some((supposed, evidence)) = best else { break };
         if round > 0 && evidence - top < least {
             break;

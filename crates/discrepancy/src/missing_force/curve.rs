@@ -6,6 +6,7 @@ use super::{Channel, Study};
 use crate::screen::Over;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
+use rayon::prelude::*;
 
 /// Points of a curve.
 const POINTS: usize = 96;
@@ -92,16 +93,22 @@ fn mixture(study: &Study) -> Option<Vec<Shown>> {
     let parts = chosen.supposed.parts.len();
     let nothing = || Shown { force: vec![0.0; POINTS], variance: vec![0.0; POINTS] };
     let mut sum: Vec<Shown> = (0..parts).map(|_| nothing()).collect();
-    for supposed in chosen.supposed.about() {
-        let Some((posterior, found)) = evidence.posterior(&supposed) else { continue };
+    let of = |supposed: &Supposed| {
+        let Some((posterior, found)) = evidence.posterior(supposed) else { return Some(None) };
         let weight = (found - top).exp();
         if weight.is_nan() || weight < LEAST {
-            continue;
+            return Some(None);
         }
-        total += weight;
         let inverse = posterior.factor.inverse();
-        for (i, sum) in sum.iter_mut().enumerate() {
-            let shown = shown(evidence, &supposed, i, &posterior.coefficients, &inverse)?;
+        let part = |i| shown(evidence, supposed, i, &posterior.coefficients, &inverse);
+        let all: Option<Vec<Shown>> = (0..parts).map(part).collect();
+        Some(Some((weight, all?)))
+    };
+    let about = chosen.supposed.about();
+    let weighed: Option<Vec<_>> = about.par_iter().map(of).collect();
+    for (weight, all) in weighed?.into_iter().flatten() {
+        total += weight;
+        for (sum, shown) in sum.iter_mut().zip(all) {
             for k in 0..POINTS {
                 let force = shown.force[k];
                 sum.force[k] += weight * force;

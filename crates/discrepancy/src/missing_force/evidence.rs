@@ -6,6 +6,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use lacuna_occupation::identification::evidence::{Normal, Posterior};
 use lacuna_occupation::{Factor, Kernel, Matern, Smoothness};
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
@@ -148,6 +149,13 @@ impl<'a> Evidence<'a> {
         self.others = others;
     }
 
+    /// Work out the inner products beside every white force at once: all of them are about to be asked for.
+    pub(super) fn prepare(&self) {
+        (0..WHITE as usize).into_par_iter().for_each(|white| {
+            self.normal(white);
+        });
+    }
+
     /// Inner products of the whitened rows, and half the log determinant of their covariance.
     fn normal(&self, white: usize) -> Option<&(Normal, f64)> {
         let of = || {
@@ -245,7 +253,7 @@ impl<'a> Evidence<'a> {
             _ => 2.0 * k as f64 / (KNOTS - 1) as f64 - 1.0,
         });
         if i > 0 {
-            let visits = self.variables[part.variable].visits();
+            let visits = &self.variables[part.variable].visits;
             for j in 0..FEATURES {
                 let mean: f64 = (0..KNOTS).map(|k| visits[k] * l[(k, j)]).sum();
                 (0..KNOTS).for_each(|k| l[(k, j)] -= mean);

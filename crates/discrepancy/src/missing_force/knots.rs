@@ -19,6 +19,8 @@ pub(super) struct Knots {
     pub to: f64,
     /// Its values at the samples of each recording.
     pub series: Vec<Vec<f64>>,
+    /// Share of all samples at each knot.
+    pub visits: Vec<f64>,
 }
 
 impl Knots {
@@ -29,7 +31,12 @@ impl Knots {
         };
         let series: Vec<Vec<f64>> = motions.iter().map(of).collect();
         let (from, to) = inner_range(series.concat(), ENDS);
-        (to > from).then_some(Self { over, from, to, series })
+        if to <= from {
+            return None;
+        }
+        let mut this = Self { over, from, to, series, visits: vec![] };
+        this.visits = this.counted();
+        Some(this)
     }
 
     /// The two knots about a value, by the first, and the share of the second: a function
@@ -70,7 +77,7 @@ impl Knots {
     }
 
     /// Share of all samples at each knot.
-    pub(super) fn visits(&self) -> Vec<f64> {
+    fn counted(&self) -> Vec<f64> {
         let mut visits = vec![0.0; KNOTS];
         let count: usize = self.series.iter().map(Vec::len).sum();
         for &x in self.series.iter().flatten() {

@@ -183,13 +183,17 @@ fn learn(
                 }
                 let scale = scale(&all, c);
                 let evidence = Evidence::new(rows, variables, &tolerances, scale);
+                // The curves at the end are means over all that may be.
+                if pass + 1 == PASSES {
+                    evidence.prepare();
+                }
                 let chosen = choose(&evidence, belief.prior_odds)?;
                 Some(Study { evidence, chosen })
             })
             .collect();
         share_parameters(&mut studies, tolerances.len());
         if pass + 1 == PASSES {
-            return studies.iter().map(|s| curve::channel(s.as_ref()?)).collect();
+            return studies.par_iter().map(|s| curve::channel(s.as_ref()?)).collect();
         }
         if let Some(mean) = parameters(&studies, tolerances.len()) {
             for (&k, mean) in belief.uncertain.iter().zip(mean) {
@@ -284,7 +288,7 @@ fn share_parameters(studies: &mut [Option<Study>], parameters: usize) {
         return;
     }
     let says: Vec<Option<(Mat<f64>, Vec<f64>)>> =
-        studies.iter().map(|s| s.as_ref()?.says(parameters)).collect();
+        studies.par_iter().map(|s| s.as_ref()?.says(parameters)).collect();
     for (c, study) in studies.iter_mut().enumerate() {
         let Some(study) = study else { continue };
         let mut precision = Mat::zeros(parameters, parameters);

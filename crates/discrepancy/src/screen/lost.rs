@@ -6,6 +6,7 @@ use crate::dataset::LostInput;
 use crate::likelihood::lanes::Lanes;
 use crate::likelihood::maps::{Drive, Driven};
 use lacuna_numbers::{LANES, Linear};
+use rayon::prelude::*;
 
 /// Lost inputs of a recording that are followed, spread evenly: enough for a mean.
 const ENOUGH: usize = 16 * LANES;
@@ -19,10 +20,13 @@ impl Screen<'_> {
     /// standard deviation away, the squares are `tr Y'Y` on average with a variance of `2 tr (Y'Y)^2`.
     #[must_use]
     pub fn blurred_by_lost_inputs(&self) -> f64 {
-        let recordings = self.problem.dataset.recordings.iter().zip(&self.recordings);
-        let parts = recordings.flat_map(|(observed, along)| self.blurs(&observed.lost, along));
-        let (mean, variance) =
-            parts.fold((0.0, 0.0), |(mean, variance), (m, v)| (mean + m, variance + v));
+        let recordings = self.problem.dataset.recordings.par_iter().zip(&self.recordings);
+        let parts: Vec<Vec<(f64, f64)>> =
+            recordings.map(|(observed, along)| self.blurs(&observed.lost, along)).collect();
+        let (mean, variance) = parts
+            .iter()
+            .flatten()
+            .fold((0.0, 0.0), |(mean, variance), (m, v)| (mean + m, variance + v));
         (mean + UNLIKELY * variance.sqrt()) / self.fit.count.max(1) as f64
     }
 

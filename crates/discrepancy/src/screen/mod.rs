@@ -212,9 +212,10 @@ impl<'p> Screen<'p> {
             let of = |t: &Term| Some(numbers.as_ref()?.through(&slopes(law, &t.shape)));
             return terms.iter().map(of).collect();
         }
-        let parts = self.recordings.iter().map(|along| self.amplitudes_along(terms, along));
+        let along = self.recordings.par_iter().map(|along| self.amplitudes_along(terms, along));
+        let parts: Vec<Vec<Amplitudes>> = along.collect();
         let plus = |a: Vec<Amplitudes>, b| a.into_iter().zip(b).map(|(a, b)| a.plus(b)).collect();
-        let sums = parts.reduce(plus).unwrap_or_default();
+        let sums = parts.into_iter().reduce(plus).unwrap_or_default();
         sums.into_iter().map(|a| a.is_finite().then_some(a)).collect()
     }
 }

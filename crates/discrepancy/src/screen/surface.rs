@@ -15,6 +15,7 @@ use crate::probability::log_sum_exp;
 use crate::range::between_knots;
 use lacuna_occupation::{Gaussian, Kernel, Matern, Smoothness};
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 /// Knots along each of two variables.
 const KNOTS: usize = 10;
@@ -62,7 +63,7 @@ impl Screen<'_> {
     #[must_use]
     pub fn remainder(&self, channel: usize) -> Option<f64> {
         let ways = self.ways(channel);
-        let gains: Option<Vec<f64>> = ways.iter().map(|w| self.gain_over(channel, w)).collect();
+        let gains: Option<Vec<f64>> = ways.par_iter().map(|w| self.gain_over(channel, w)).collect();
         mean(&gains.filter(|g| !g.is_empty())?)
     }
 
@@ -83,13 +84,13 @@ impl Screen<'_> {
             }
             roots.extend(of_all);
         }
-        let mut gains = vec![];
-        for root in roots {
-            let whitened = normal.through(&root);
+        let of_root = |root: &DMatrix<f64>| {
+            let whitened = normal.through(root);
             let sizes = SIZES.iter().map(|size| vec![size * force; root.ncols()]);
-            gains.extend(sizes.filter_map(|sd| Some(self.posterior(&whitened, &sd)?.gain)));
-        }
-        mean(&gains)
+            sizes.filter_map(|sd| Some(self.posterior(&whitened, &sd)?.gain)).collect::<Vec<_>>()
+        };
+        let gains: Vec<Vec<f64>> = roots.par_iter().map(of_root).collect();
+        mean(&gains.concat())
     }
 
     /// What the force may depend on: the coordinate of a channel, its velocity, or both; its
@@ -114,7 +115,7 @@ impl Screen<'_> {
     /// Normal equations of the force at every knot.
     fn of_channel(&self, channel: usize, axes: &[Axis]) -> Option<Amplitudes> {
         let count = axes.iter().map(|a| a.knots).product();
-        let parts = self.recordings.iter().map(|along| {
+        let parts = self.recordings.par_iter().map(|along| {
             let mut series = vec![vec![0.0; along.motion.len()]; count];
             let states = (0..along.motion.len()).map(|k| along.motion.state(k));
             for (k, state) in states.enumerate() {
@@ -124,7 +125,8 @@ impl Screen<'_> {
             }
             self.of_forces(channel, &series, along)
         });
-        let sum = parts.reduce(Amplitudes::plus)?;
+        let parts: Vec<Amplitudes> = parts.collect();
+        let sum = parts.into_iter().reduce(Amplitudes::plus)?;
         sum.is_finite().then_some(sum)
     }
 }

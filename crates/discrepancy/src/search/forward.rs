@@ -172,7 +172,7 @@ impl<'p> Search<'p> {
             let alike = alike.contains(&channel);
             Some(Lead { acts, first, alike, remainder, promised, fitted: fitted.max(promised) })
         };
-        let leads: Vec<Lead> = (0..model.channels()).filter_map(lead).collect();
+        let leads: Vec<Lead> = (0..model.channels()).into_par_iter().filter_map(lead).collect();
         for lead in &leads {
             self.watch.tell(&format!(
                 "{}: {:.1} nats before a force without a formula",
@@ -194,7 +194,10 @@ impl<'p> Search<'p> {
                 && !supposed.iter().any(|e| curve_covers(e, c) || moves_curve(e, c))
         };
         let candidates: Vec<Candidate> = self.candidates.iter().filter(left).copied().collect();
-        let mut shortlist = screen.score(&candidates);
+        let (mut shortlist, (mut curves, blur)) = rayon::join(
+            || screen.score(&candidates),
+            || rayon::join(|| screen.curves(), || screen.blurred_by_lost_inputs()),
+        );
         let top = shortlist.first().map_or(0.0, |s| s.gain);
         // Near the noise the screening is nearly exact.
         let decision = &self.decision;
@@ -212,14 +215,12 @@ impl<'p> Search<'p> {
             let hopes = rank <= decision.shortlist && (rank <= 3 || s.gain > hopeless);
             s.gain > promising && (hopes || first)
         });
-        let mut curves = screen.curves();
         // What may not be named is missing all the same.
         let mut excluded = screen.score(&self.excluded);
         excluded.retain(|s| s.gain > promising);
         let all = shortlist.iter().chain(&excluded).chain(&curves);
         let promise = all.map(|s| s.gain).fold(0.0, f64::max);
         curves.retain(|s| self.scope.admits(self.problem.model, &s.term.candidate));
-        let blur = screen.blurred_by_lost_inputs();
         Look { shortlist, curves, promise, blur }
     }
 
