@@ -67,8 +67,10 @@ impl<'a> Ladder<'a> {
         let selected = self.verdict();
         let findings = self.findings();
         let mut notes = self.notes(selected);
-        let ((handed, proved), missing) =
-            rayon::join(|| self.proved(selected), || self.missing_force());
+        let ((handed, proved), (missing, ladder)) = rayon::join(
+            || self.proved(selected),
+            || rayon::join(|| self.missing_force(), || self.rungs()),
+        );
         // Parameters alone are no finding that stands without a proof.
         let refused =
             proved.outcome == ProofOutcome::Worse || (proved.harms && findings.is_empty());
@@ -105,7 +107,7 @@ impl<'a> Ladder<'a> {
             calibration: if keep { BTreeMap::new() } else { self.calibration() },
             proof: proved.outcome,
             fit: proved.fit,
-            ladder: self.rungs(),
+            ladder,
             driving: self.driving(),
             integration: proved.integration,
             data: self.data(),

@@ -34,7 +34,7 @@ impl Ladder<'_> {
         rungs
     }
 
-    fn share_of_effects(&self, share: &dyn Fn(&Fit) -> f64) -> f64 {
+    fn share_of_effects(&self, share: &(dyn Fn(&Fit) -> f64 + Sync)) -> f64 {
         let chosen = &self.found.chosen;
         if chosen.hypothesis.supposed().is_empty() {
             return 0.0;
@@ -46,6 +46,7 @@ impl Ladder<'_> {
         added.parameters.clone_from(&nominal.parameters);
         // What diverges explains nothing of the misfit.
         let of = |h: Hypothesis| states(h).as_ref().map_or(1.0, share).min(1.0);
-        0.5 * (1.0 - of(added) + of(moved) - share(chosen).min(1.0))
+        let (added, moved) = rayon::join(|| of(added), || of(moved));
+        0.5 * (1.0 - added + moved - share(chosen).min(1.0))
     }
 }

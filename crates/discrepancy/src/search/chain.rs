@@ -86,7 +86,9 @@ pub fn polish(fit: Fit) -> Fit {
     if fit.end == End::OutOfSteps { improved(fit, LONG) } else { fit }
 }
 
-fn improved(fit: Fit, effort: Effort) -> Fit {
+/// Further in the same windows, where that is no worse.
+#[must_use]
+pub fn improved(fit: Fit, effort: Effort) -> Fit {
     match fit.further(effort) {
         Ok(better) if better.misfit() <= fit.misfit() => better,
         _ => fit,

@@ -6,7 +6,7 @@ use super::forward::{curve_covers, says_alike};
 use super::prune::worth_a_curve;
 use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
 use crate::candidates::{Candidate, Term};
-use crate::likelihood::{Fit, QUICK};
+use crate::likelihood::{FULL, Fit, QUICK};
 use crate::trajectories::SmoothedRecording;
 use lacuna_effects::{At, Channel, Law, Variable};
 use lacuna_plants::model::ModelEffect;
@@ -43,11 +43,18 @@ impl<'p> Search<'p> {
             let effects = spelling.laws.iter().map(|(t, a)| effect_of(&t.candidate, a, &t.shape));
             let h = effects.fold(plain.clone(), |h, e| self.with(&h, e));
             let begun = chain::begin(&path.fit, h).ok()?;
-            chain::grow(&path.fit, &path.fit, begun).ok().map(chain::polish)
+            let grown = chain::grow(&path.fit, &path.fit, begun).ok()?;
+            Some(chain::improved(grown, FULL))
         });
         let temperature = path.fit.temperature();
         let evidence = |f: &Fit| f.log_evidence(temperature);
-        let mut fits: Vec<Fit> = fits.collect();
+        let fits: Vec<Fit> = fits.collect();
+        // What lies far behind the best, or behind a curve that leaves nothing but noise, does not win.
+        let curve = Some(&path.fit).filter(|f| f.excess() < self.decision.explained - 1.0);
+        let top = fits.iter().chain(curve).map(evidence).fold(f64::NEG_INFINITY, f64::max);
+        let least = top - self.settled_room();
+        let likely = |f: Fit<'p>| if f.hope(temperature) > least { chain::polish(f) } else { f };
+        let mut fits: Vec<Fit> = fits.into_par_iter().map(likely).collect();
         fits.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
         let Some(best) = fits.into_iter().find(|fit| self.needs_all(fit, last)) else {
             return path;
