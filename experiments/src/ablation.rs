@@ -178,7 +178,7 @@ fn begun(settings: &Settings, common: &Common, directory: &Path) -> Result<Resul
 
 /// Diagnose a case and score it.
 fn answer(case: &Case, decision: Decision) -> Result<Answer, StudyError> {
-    let model = Model::from_text(&case.model, "model.toml").map_err(ConcealedError::from)?;
+    let model = case.files.read()?;
     let options = Options { decision, ..Options::default() };
     let truth = &case.sealed;
     let (diagnosis, error_over_noise) = match diagnosed(&model, &case.recordings, options) {

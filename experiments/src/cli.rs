@@ -225,7 +225,9 @@ enum Family {
     /// What real machines do beside: noisy inputs, random forces, hidden coordinates, glitches, slow
     /// logs, laws of several variables, three effects.
     Machines,
-    /// All but the last.
+    /// Robots of two to five joints, described by a URDF.
+    Robots,
+    /// All but the last two.
     All,
 }
 
@@ -237,6 +239,7 @@ impl Family {
             Self::Local => Some(Group::Local),
             Self::Null => Some(Group::Null),
             Self::Machines => Some(Group::Machines),
+            Self::Robots => Some(Group::Robots),
             Self::All => None,
         }
     }

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::ConcealedError;
 use super::draw::{Draft, RECORDINGS, generator};
 use super::fair::Fair;
+use super::machine::Files;
 use super::scales::deviation;
 use super::sealed::{Group, Sealed};
 use super::sensor::seen;
@@ -28,8 +29,8 @@ const SETTLING: usize = 4;
 pub struct Case {
     /// The truth.
     pub sealed: Sealed,
-    /// Text of the model file.
-    pub model: String,
+    /// The model as files.
+    pub files: Files,
     /// Column of time in the recordings.
     pub time_column: String,
     /// Recordings for the diagnosis.
@@ -122,7 +123,9 @@ impl Case {
     ) -> Result<(Draft, Self, ChaCha8Rng), StudyError> {
         let mut rng = generator(seed, plan.stream);
         for _ in 0..ATTEMPTS {
-            let Some(draft) = Draft::draw(plan.topic, &mut rng)? else { continue };
+            let Some(draft) = Draft::draw(plan.topic, plan.group.plants(), &mut rng)? else {
+                continue;
+            };
             if let Some(case) = Self::of(plan, &draft, (&mut rng, noise))? {
                 return Ok((draft, case, rng));
             }
@@ -159,7 +162,7 @@ impl Case {
         };
         let mut case = Self {
             sealed,
-            model: draft.text.clone(),
+            files: draft.files.clone(),
             time_column: draft.nominal.time_column.clone(),
             recordings: Vec::new(),
             states: Vec::new(),

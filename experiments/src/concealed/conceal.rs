@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use super::beyond::Kind;
 use super::effects;
 use super::off_formula::Law;
-use super::places::{classes, places};
+use super::places::{classes, places, robots_classes};
 use super::plants::PlantSpec;
 use super::scales::Scales;
 use super::topic::Topic;
@@ -33,7 +33,8 @@ pub fn conceal(
     rng: &mut ChaCha8Rng,
 ) -> Option<Vec<Concealed>> {
     let any = |rng: &mut ChaCha8Rng| {
-        let classes: Vec<_> = classes().collect();
+        let classes: Vec<_> =
+            if spec.joints > 0 { robots_classes().collect() } else { classes().collect() };
         classes[rng.random_range(0..classes.len())]
     };
     match topic {
@@ -49,6 +50,17 @@ pub fn conceal(
             let count = if matches!(topic, Topic::Pair) { 2 } else { 3 };
             let drawn = (0..count).map(|_| known(any(rng), spec, model, scales, rng));
             drawn.collect::<Option<Vec<_>>>().filter(|several| suit(several))
+        }
+        Topic::Friction => {
+            let dry_and_viscous = ["coulomb_friction", "viscous_friction"];
+            let found = dry_and_viscous.map(|class| lacuna_effects::find(class));
+            let mut all = vec![];
+            for effect in found.into_iter().flatten() {
+                for joint in 0..model.coordinates.len() {
+                    all.push(at(effect, joint, model, scales, rng)?);
+                }
+            }
+            Some(all)
         }
         Topic::Beyond(kind) => {
             let channels = channels(kind, spec, model);
@@ -74,8 +86,8 @@ fn suit(several: &[Concealed]) -> bool {
         .collect();
     let simple = |e: &ModelEffect| match e.effect.law {
         CatalogueLaw::Force(law) => law.memory() == 0,
-        CatalogueLaw::Input(_) => true,
-        CatalogueLaw::Sensor(_) | CatalogueLaw::Structure(_) => false,
+        CatalogueLaw::Input(_) | CatalogueLaw::Structure(_) => true,
+        CatalogueLaw::Sensor(_) => false,
     };
     let inputs = known.iter().filter(|e| matches!(e.effect.law, CatalogueLaw::Input(_))).count();
     let classes: BTreeSet<&str> = known.iter().map(|e| e.effect.class).collect();
@@ -96,7 +108,17 @@ fn known(
     if places.is_empty() {
         return None;
     }
-    let channel = places[rng.random_range(0..places.len())];
+    at(effect, places[rng.random_range(0..places.len())], model, scales, rng)
+}
+
+/// An effect at a place.
+fn at(
+    effect: &'static Effect,
+    channel: usize,
+    model: &Model,
+    scales: &Scales,
+    rng: &mut ChaCha8Rng,
+) -> Option<Concealed> {
     let other = effect.couples().then(|| (channel + 1) % model.coordinates.len());
     let numbers = effects::draw(effect, model, scales, channel, other, rng);
     let parameters = effects::in_order(effect, &numbers);

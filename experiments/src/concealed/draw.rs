@@ -12,8 +12,8 @@ use super::conceal::{Concealed, conceal};
 use super::disturbance::Disturbance;
 use super::drive::{Course, Drive};
 use super::effects::{log_uniform, uniform};
-use super::machine;
-use super::plants::{PLANTS, PlantSpec};
+use super::machine::{self, Files};
+use super::plants::PlantSpec;
 use super::scales::{Scales, deviation};
 use super::sensor::{Concealment, Sensor};
 use super::topic::{Hardship, Noise, Topic};
@@ -35,9 +35,9 @@ pub struct Draft {
     pub spec: &'static PlantSpec,
     /// What the case is about.
     pub topic: Topic,
-    /// Text of the model file.
-    pub text: String,
-    /// The model file, read.
+    /// The model as files.
+    pub files: Files,
+    /// The same, read.
     pub nominal: Model,
     /// The model with the true parameters and no effect.
     pub calibrated: Model,
@@ -64,9 +64,13 @@ impl Draft {
     ///
     /// # Errors
     /// [`StudyError`] for a plant's model file or drive that is wrong.
-    pub fn draw(topic: Topic, rng: &mut ChaCha8Rng) -> Result<Option<Self>, StudyError> {
-        let spec = &PLANTS[rng.random_range(0..PLANTS.len())];
-        let (text, nominal) = machine::draw(spec, rng)?;
+    pub fn draw(
+        topic: Topic,
+        plants: &'static [PlantSpec],
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Option<Self>, StudyError> {
+        let spec = &plants[rng.random_range(0..plants.len())];
+        let (files, nominal) = machine::draw(spec, rng)?;
         let drive = spec.drives[rng.random_range(0..spec.drives.len())];
         let mut courses = Vec::new();
         for _ in 0..RECORDINGS + TESTS {
@@ -114,7 +118,7 @@ impl Draft {
         let draft = Self {
             spec,
             topic,
-            text,
+            files,
             nominal,
             calibrated,
             effects,

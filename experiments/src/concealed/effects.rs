@@ -51,9 +51,27 @@ pub fn draw(
             let channel = if place < n { place } else { place - n };
             sensor(effect.class, scales.channels[channel], scales.time[0], rng)
         }
-        // No plant of this study is a robot.
-        Law::Structure(_) => Numbers::new(),
+        Law::Structure(_) => structure(effect.class, model, rng),
     }
+}
+
+/// What a robot's file leaves out of its structure.
+fn structure(class: &str, model: &Model, rng: &mut ChaCha8Rng) -> Numbers {
+    let tilt = |rng: &mut ChaCha8Rng| sign(rng) * uniform(rng, 0.03, 0.12);
+    if class == "base_tilt" {
+        return Numbers::from([("roll", tilt(rng)), ("pitch", tilt(rng))]);
+    }
+    // The masses of the links, the last one's last.
+    let masses = model.parameters.iter().filter(|p| p.name.ends_with(".mass"));
+    let last = masses.last().map_or(1.0, |p| p.value);
+    let mut aside = |reach: f64| uniform(rng, -reach, reach);
+    Numbers::from([
+        ("com_x", aside(0.05)),
+        ("com_y", aside(0.05)),
+        ("com_z", aside(0.05) + 0.15),
+        ("gyration_radius", 0.03 + aside(0.02)),
+        ("mass", last * (0.35 + aside(0.2))),
+    ])
 }
 
 fn input(class: &str, [sd, greatest]: [f64; 2], step: f64, rng: &mut ChaCha8Rng) -> Numbers {

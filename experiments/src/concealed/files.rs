@@ -1,7 +1,7 @@
 //! Cases as files: what the diagnosis sees, and what stays under seal in another directory.
 //!
 //! ```text
-//! OPEN/ID/model.toml               the model
+//! OPEN/ID/model.toml               the model, and robot.urdf where it is a robot's
 //! OPEN/ID/recordings/run01.csv     what it is diagnosed with
 //! SEALED/ID/truth.json             what is concealed
 //! SEALED/ID/states/run01.csv       true states at the rows of run01.csv
@@ -57,9 +57,7 @@ impl Folders {
         write_all(&case.recordings, &recordings, &case.time_column)?;
         write_all(&case.states, &self.states(case.states.len()), &case.time_column)?;
         write_all(&case.tests, &self.tests(case.tests.len()), &case.time_column)?;
-        let model = self.open.join("model.toml");
-        fs::write(&model, &case.model)
-            .map_err(|source| StudyError::Write { path: model, source })?;
+        case.files.write(&self.open)?;
         crate::output::write_json(&self.sealed, "truth", &case.sealed)?;
         Ok(())
     }

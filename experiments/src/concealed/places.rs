@@ -26,6 +26,12 @@ pub fn places(spec: &PlantSpec, model: &Model, effect: &Effect) -> Vec<usize> {
     match (effect.law, effect.acts) {
         (Law::Input(_), _) => (0..model.inputs.len()).collect(),
         (Law::Sensor(_), _) => sensors(spec, model),
+        // A payload hangs on the last link.
+        (Law::Structure(_), _) => {
+            let all = 0..model.structures(effect).len();
+            let told = all.filter(|&k| model.tells_structure(effect.acts, k));
+            told.last().into_iter().collect()
+        }
         (_, Acts::States) => on_states.collect(),
         (_, Acts::CoordinatesAndStates | Acts::CoordinatesAndSpeeds) => {
             coordinates.chain(on_states).collect()
@@ -48,8 +54,39 @@ fn sensors(spec: &PlantSpec, model: &Model) -> Vec<usize> {
 pub fn classes() -> impl Iterator<Item = &'static Effect> {
     // The numbers of an effect are drawn by name, so that a class this study does not know yet
     // is left out rather than drawn wrongly.
-    CATALOGUE.iter().copied().filter(|e| KNOWN.contains(&e.class))
+    among(KNOWN)
 }
+
+/// Those of them, and those beside, that robots lack.
+pub fn robots_classes() -> impl Iterator<Item = &'static Effect> {
+    among(ROBOTS)
+}
+
+fn among(classes: &'static [&'static str]) -> impl Iterator<Item = &'static Effect> {
+    CATALOGUE.iter().copied().filter(|e| classes.contains(&e.class))
+}
+
+const ROBOTS: &[&str] = &[
+    "viscous_friction",
+    "coulomb_friction",
+    "stribeck_friction",
+    "linear_stiffness",
+    "end_stop",
+    "cogging",
+    "hidden_resonance",
+    "periodic_disturbance",
+    "step_change",
+    "added_inertia",
+    "payload",
+    "base_tilt",
+    "gain_error",
+    "dead_zone",
+    "saturation",
+    "input_delay",
+    "actuator_lag",
+    "sensor_scale",
+    "sensor_delay",
+];
 
 const KNOWN: &[&str] = &[
     "viscous_friction",

@@ -167,6 +167,7 @@ mod tests {
     use super::*;
     use crate::concealed::conceal::Concealed;
     use crate::concealed::draw::{Draft, generator};
+    use crate::concealed::plants::PLANTS;
     use crate::concealed::sensor::seen;
     use crate::concealed::topic::Topic;
 
@@ -179,7 +180,7 @@ mod tests {
             let effect = lacuna_effects::find(class).unwrap();
             let mut rng = generator(11, stream);
             let draft = loop {
-                let drawn = Draft::draw(Topic::Effect(effect), &mut rng).unwrap();
+                let drawn = Draft::draw(Topic::Effect(effect), PLANTS, &mut rng).unwrap();
                 if let Some(draft) = drawn.filter(|d| d.nominal.name == "gantry") {
                     break draft;
                 }

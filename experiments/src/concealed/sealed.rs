@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use super::plants::{PLANTS, PlantSpec, ROBOTS};
 use super::sensor::Concealment;
 
 /// Families of cases.
@@ -20,12 +21,14 @@ pub enum Group {
     /// What real machines do beside: noisy inputs, random forces, hidden coordinates, outliers, slow
     /// sampling, laws of several variables, three effects at once.
     Machines,
+    /// Robots that their own files describe.
+    Robots,
 }
 
 impl Group {
     /// All groups.
-    pub const ALL: [Self; 5] =
-        [Self::Catalogue, Self::OffFormula, Self::Local, Self::Null, Self::Machines];
+    pub const ALL: [Self; 6] =
+        [Self::Catalogue, Self::OffFormula, Self::Local, Self::Null, Self::Machines, Self::Robots];
 
     /// Its name on the command line and in the results.
     pub fn name(self) -> &'static str {
@@ -35,7 +38,13 @@ impl Group {
             Self::Local => "local",
             Self::Null => "null",
             Self::Machines => "machines",
+            Self::Robots => "robots",
         }
+    }
+
+    /// What its cases are drawn from.
+    pub fn plants(self) -> &'static [PlantSpec] {
+        if self == Self::Robots { ROBOTS } else { PLANTS }
     }
 }
 

@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::beyond::Kind;
-use super::places::classes;
+use super::places::{classes, robots_classes};
 use super::sealed::Group;
 use super::several::several;
 
@@ -56,6 +56,8 @@ pub enum Topic {
     Only(Hardship),
     /// Three effects of the catalogue.
     Three,
+    /// Dry and viscous friction on every joint.
+    Friction,
 }
 
 impl Topic {
@@ -76,6 +78,7 @@ impl Topic {
             Self::Amid(hardship) => format!("an effect amid {hardship:?}"),
             Self::Only(hardship) => format!("nothing but {hardship:?}"),
             Self::Three => "three effects".to_owned(),
+            Self::Friction => "friction of all joints".to_owned(),
         }
     }
 
@@ -129,6 +132,11 @@ fn topics(group: Group) -> Vec<Topic> {
             let twice = amid.iter().chain(&amid).map(|h| Topic::Amid(*h));
             let several = several().map(Topic::Effect).chain([Topic::Three; 2]);
             twice.chain(only.map(Topic::Only)).chain(several).collect()
+        }
+        Group::Robots => {
+            let nothing = [Topic::Nothing(Noise::White), Topic::Parameter];
+            let many = [Topic::Pair, Topic::Pair, Topic::Three, Topic::Friction];
+            robots_classes().map(Topic::Effect).chain(many).chain(nothing).chain(nothing).collect()
         }
     }
 }

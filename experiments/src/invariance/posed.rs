@@ -43,7 +43,7 @@ impl Posed {
             recording.name = format!("run{k:02}.csv");
         }
         Ok(Self {
-            model: case.model.parse().map_err(wrong)?,
+            model: case.files.model.parse().map_err(wrong)?,
             recordings,
             time_column: case.time_column.clone(),
             names: BTreeMap::new(),

@@ -354,7 +354,8 @@ impl<'p> Search<'p> {
         };
         let chosen = chosen.in_finer_steps().unwrap_or(chosen);
         let again = self.watch.necessarily(|| self.like(&chosen, &calibrated));
-        let again = again.ok_or_else(|| self.diverges())?;
+        // A model that runs away from where its effects follow stays in windows of its own.
+        let again = again.unwrap_or(calibrated);
         let nominal = self.as_given(&again, path.named.is_empty())?;
         let calibrated = if path.named.is_empty() { chosen.clone() } else { again };
         // Where effects are named, parameters are no verdict of their own.

@@ -2,6 +2,10 @@
 //!
 //! A new plant is a model file, an entry of [`PLANTS`], and nothing else.
 
+mod chain;
+
+pub use chain::draw as draw_chain;
+
 use super::drive::{Drive, Loop, Signal};
 
 /// A plant of the proof.
@@ -24,6 +28,8 @@ pub struct PlantSpec {
     pub on_states: &'static [(&'static str, &'static [&'static str])],
     /// Classes that make no sense on this plant's coordinates or inputs.
     pub without: &'static [&'static str],
+    /// Joints of a robot, whose own file is drawn; 0 is none.
+    pub joints: usize,
 }
 
 /// A plant without its particulars.
@@ -36,7 +42,36 @@ const PLAIN: PlantSpec = PlantSpec {
     inner: &[],
     on_states: &[],
     without: &[],
+    joints: 0,
 };
+
+const MOTION: Signal = signal([0.15, 0.45], [0.6, 6.0]);
+/// As many as a robot has joints.
+static MOTIONS: [Signal; 5] = [MOTION; 5];
+static STARTS: [[f64; 2]; 10] = [[-0.2, 0.2]; 10];
+
+const fn moves(references: &'static [Signal]) -> [Drive; 1] {
+    [Drive::ComputedTorque { stiffness: 60.0, damping: 12.0, references }]
+}
+static MOVES: [[Drive; 1]; 4] = [
+    moves(MOTIONS.split_at(2).0),
+    moves(MOTIONS.split_at(3).0),
+    moves(MOTIONS.split_at(4).0),
+    moves(&MOTIONS),
+];
+
+/// A robot of so many joints, two to five, that computed torque moves.
+const fn robot(joints: usize) -> PlantSpec {
+    PlantSpec {
+        model: include_str!("chain.toml"),
+        drives: &MOVES[joints - 2],
+        start: STARTS.split_at(2 * joints).0,
+        step: 0.005,
+        samples: 1500,
+        joints,
+        ..PLAIN
+    }
+}
 
 const fn signal(amplitude: [f64; 2], band: [f64; 2]) -> Signal {
     Signal { terms: 4, offset: 0.0, amplitude, band }
@@ -57,7 +92,10 @@ const ROTOR: &[&str] = &[
 const NO_ACTUATOR: &[&str] =
     &["gain_error", "dead_zone", "saturation", "input_delay", "actuator_lag", "cogging"];
 
-/// All plants.
+/// Robots.
+pub static ROBOTS: &[PlantSpec] = &[robot(2), robot(3), robot(4), robot(5)];
+
+/// All other plants.
 pub static PLANTS: &[PlantSpec] = &[
     PlantSpec {
         model: include_str!("pendulum.toml"),
