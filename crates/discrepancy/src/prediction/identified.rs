@@ -44,9 +44,10 @@ impl<'a> IdentifiedPredictor<'a> {
             substeps::stretches(dataset).into_iter().map(driving).collect();
         let driving = driving?;
         let limits = (substeps::TOLERANCE, substeps::MOST);
-        let needed = substeps::fewest(dataset, limits, |steps| {
+        let needed = substeps::fewest(dataset, limits, |steps, beginning| {
             substeps::along(&driving, |driving, range| {
-                let start = driving.guess(range.start);
+                let mut start = driving.guess(range.start);
+                beginning.move_state(dataset, &mut start);
                 driving.run_with(range, &start, steps)
             })
         });

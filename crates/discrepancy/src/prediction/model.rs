@@ -83,9 +83,10 @@ impl<'a> Predictor<'a> {
         if driven.is_empty() {
             return self.integration;
         }
-        substeps::fewest(self.dataset, (tolerance, most), |steps| {
+        substeps::fewest(self.dataset, (tolerance, most), |steps, beginning| {
             substeps::along(&driven, |driven, range| {
                 let mut state = self.guess(driven.observed, range.start);
+                beginning.move_state(self.dataset, &mut state);
                 self.run(&self.plain, driven, (range, steps), &mut state)
             })
         })
@@ -101,9 +102,10 @@ impl<'a> Predictor<'a> {
         let Some(observed) = self.dataset.recordings.first() else { return self.integration };
         let driven = self.drive(observed);
         let places = self.telling(motion);
-        substeps::fewest(self.dataset, (tolerance, most), |steps| {
+        substeps::fewest(self.dataset, (tolerance, most), |steps, beginning| {
             let run = |&k: &usize| {
                 let mut state = self.plain.system.at_rest(motion.state(k));
+                beginning.move_state(self.dataset, &mut state);
                 self.run(&self.plain, &driven, (k..k + 2, steps), &mut state)
             };
             places.iter().map(run).collect()

@@ -50,9 +50,31 @@ pub(super) trait Runner: Sync {
 /// is below.
 const BELIEVED: f64 = 1e-3;
 
-/// The state (memory of effects included) at the beginning of `range` that fits its samples best
-/// (Levenberg-Marquardt on the state alone), from a guess.
+/// Mean square of a residual, in units of the noise, above which a fit may have lost its way.
+const ASTRAY: f64 = 1.5;
+/// First share of a range that is fitted where the whole of it leads a fit astray: one in so many.
+const SHORTEST: usize = 8;
+
+/// The state (memory of effects included) at the beginning of `range` that fits its samples best, from a guess.
+/// What is unstable runs from a guess where no step leads back: where the whole range leaves more than noise it is
+/// fitted once more by parts that grow, each from where the one before it was best, and the better stays.
 pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>, guess: Vec<f64>) -> Vec<f64> {
+    let misfit = |x: &[f64]| residual(runner, &range, &runner.run(range.clone(), x));
+    let at_once = fit_from(runner, range.clone(), guess.clone());
+    let left = misfit(&at_once);
+    if left.norm_squared() <= ASTRAY * left.len() as f64 {
+        return at_once;
+    }
+    let lengths = std::iter::successors(Some(SHORTEST), |share| Some(share / 2).filter(|s| *s > 0));
+    let grown = lengths.fold(guess, |x, share| {
+        let end = range.start + (range.len() / share).max(2).min(range.len());
+        fit_from(runner, range.start..end, x)
+    });
+    if misfit(&grown).norm_squared() < left.norm_squared() { grown } else { at_once }
+}
+
+/// The same by Levenberg and Marquardt, on the state alone.
+fn fit_from(runner: &impl Runner, range: Range<usize>, guess: Vec<f64>) -> Vec<f64> {
     let mut x = guess;
     let mut here = runner.run(range.clone(), &x);
     let mut rest = residual(runner, &range, &here);

@@ -3,6 +3,7 @@
 use super::Series;
 use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
+use lacuna_plants::model::Measured;
 use std::ops::Range;
 
 /// Most RK4 steps between two samples.
@@ -69,21 +70,60 @@ pub(super) fn along<D>(
     driven.iter().flat_map(of).collect()
 }
 
-/// Fewest RK4 steps a sample whose error over some stretches stays well below the noise:
-/// doubled until doubling changes little. `runs` are those of the stretches with so many steps.
+/// Where runs begin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Beginning {
+    /// Where the recordings say.
+    Measured,
+    /// All that is measured this share of its noise away.
+    Moved(f64),
+}
+
+impl Beginning {
+    /// A state that was measured, as the runs begin from it.
+    pub(super) fn move_state(self, dataset: &Dataset, state: &mut [f64]) {
+        let Self::Moved(share) = self else { return };
+        for (k, output) in dataset.outputs.iter().enumerate() {
+            if let Measured::State(entry) = output.of {
+                state[entry] += share * dataset.noise_sd(k);
+            }
+        }
+    }
+}
+
+/// Fewest RK4 steps a sample whose error over some stretches stays well below the noise: doubled until doubling
+/// changes little. `runs` are those of the stretches with so many steps.
+///
+/// What is unstable carries any error away, those of the beginning first of all: there steps are enough where they
+/// change the runs by no more than a beginning does that is off by as little as they are allowed. That this is the
+/// machine's doing and not that of steps which are too long shows in that it is the same in half as long ones.
 pub(super) fn fewest(
     dataset: &Dataset,
     (tolerance, most): (f64, usize),
-    runs: impl Fn(usize) -> Vec<Series>,
+    runs: impl Fn(usize, Beginning) -> Vec<Series>,
 ) -> Integration {
+    /// By what factor the effect of a beginning may differ between two steps and be the same.
+    const SAME: f64 = 2.0;
+    let apart = |a: &[Series], b: &[Series]| {
+        let pairs = a.iter().zip(b);
+        pairs.map(|(a, b)| weighted_distance(dataset, a, b)).fold(0.0, f64::max)
+    };
+    let grown = |substeps, plain: &[Series]| {
+        apart(plain, &runs(substeps, Beginning::Moved(tolerance))) / tolerance
+    };
     let mut substeps = 1;
-    let mut coarse = runs(substeps);
+    let mut coarse = runs(substeps, Beginning::Measured);
     let mut error = f64::INFINITY;
     while substeps < most {
         substeps *= 2;
-        let fine = runs(substeps);
-        let pairs = coarse.iter().zip(&fine);
-        error = pairs.map(|(a, b)| weighted_distance(dataset, a, b)).fold(0.0, f64::max);
+        let fine = runs(substeps, Beginning::Measured);
+        error = apart(&coarse, &fine);
+        if error >= tolerance && error.is_finite() {
+            let (before, after) = (grown(substeps / 2, &coarse), grown(substeps, &fine));
+            let alike = before < SAME * after && after < SAME * before;
+            // By how much the machine itself makes of an error.
+            error /= if alike { before.min(after).max(1.0) } else { 1.0 };
+        }
         if error < tolerance {
             return Integration { steps_a_sample: substeps / 2, error_over_noise: error };
         }
