@@ -30,10 +30,11 @@ impl Ladder<'_> {
     /// The same in words.
     pub(super) fn says_driving(&self) -> Vec<String> {
         let Driving { inputs, forces, outputs } = self.driving();
-        let inputs = inputs.iter().map(|(name, n)| {
+        // What rounds to nothing keeps a filter on the track of a machine that runs away, and is nothing to be told.
+        let inputs = inputs.iter().filter_map(|(name, n)| {
             let InputNoise { std, share, unit } = n;
             let of_spread = match share.is_finite() {
-                true => format!(" ({:.1} % of its spread)", 100.0 * share),
+                true => format!(" ({} % of its spread)", percent(*share)?),
                 false => String::new(),
             };
             let mut stated = self.problem.model.inputs.iter().filter(|i| i.noise.is_some());
@@ -41,17 +42,18 @@ impl Ladder<'_> {
                 true => ", as the model says",
                 false => "",
             };
-            format!(
+            Some(format!(
                 "The recorded {name} is not quite what the machine got: they differ by noise of {std:.2e} {unit} a sample{of_spread}{by}."
-            )
+            ))
         });
-        let forces = forces.iter().map(|(name, n)| {
+        let forces = forces.iter().filter(|(_, n)| percent(n.share).is_some()).map(|(name, n)| {
             format!(
                 "A random force on {name}, which no law explains, drives the machine: {:.2e} {}.",
                 n.intensity, n.unit
             )
         });
-        let outputs = outputs.iter().map(|(name, over)| {
+        let outputs = outputs.iter().filter(|(_, over)| format!("{over:.1}") != "1.0");
+        let outputs = outputs.map(|(name, over)| {
             format!(
                 "What was recorded of {name} is {over:.1} times as far from the truth as it seems from sample to sample, as behind a filter."
             )
@@ -76,4 +78,9 @@ impl Ladder<'_> {
         });
         words.collect()
     }
+}
+
+/// A share in percent; none where it rounds to nothing.
+fn percent(share: f64) -> Option<String> {
+    Some(format!("{:.1}", 100.0 * share)).filter(|rounded| rounded != "0.0")
 }

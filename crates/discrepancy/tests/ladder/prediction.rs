@@ -3,6 +3,9 @@
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS};
 use lacuna_discrepancy::prediction::windows;
 use lacuna_discrepancy::{Dataset, Observed, Predictor};
+use lacuna_excitation::{add_gaussian_noise, rng};
+use lacuna_plants::{Hold, Model, System, rk4_sampled};
+use lacuna_recordings::{Column, Recording};
 
 /// On noise-free data of the model itself, a free run follows the whole recording: the
 /// state after the warm-up is right to a millionth of the range.
@@ -55,6 +58,41 @@ fn longer_horizons_are_harder_for_a_wrong_model() {
     let errors = [0.1, 0.4, 1.5, 5.0].map(error);
     assert!(errors.windows(2).all(|e| e[0] < e[1]), "{errors:?}");
     assert!(errors[0] < 1.3 * bench.noise && errors[3] > 20.0 * bench.noise, "{errors:?}");
+}
+
+/// A pendulum that a controller holds upside down: what is left alone there falls, and each second takes an error of
+/// its beginning six hundred times as far. Its beginning is found all the same, and steps are as long as the machine's
+/// own growth of errors lets them be.
+#[test]
+fn the_beginning_of_a_machine_that_runs_away_is_found() {
+    const STEP: f64 = 0.005;
+    let text = "name = \"inverted\"\n[[coordinate]]\nname = \"q\"\nvelocity = \"v\"\nunit = \"rad\"\n\
+        [[input]]\nname = \"u\"\n[recordings]\ninput_hold = \"zero-order\"\n\
+        [mechanics]\nmass = [[\"1\"]]\nforce = [\"40 * sin(q) + u\"]\n";
+    let model = Model::from_text(text, "model.toml").expect("a model");
+    let (plant, noise) = (System::new(&model), 0.003);
+    let (mut x, mut time, mut u) = (vec![0.1, 0.0], vec![], vec![]);
+    let mut q = vec![];
+    for k in 0..1500 {
+        let t = STEP * f64::from(k);
+        let goal = 0.5 * (1.3 * t).sin() + 0.2 * (4.1 * t).sin();
+        let held = 120.0 * (goal - x[0]) - 15.0 * x[1];
+        (time.push(t), u.push(held), q.push(x[0]));
+        let path = rk4_sampled(&plant, &x, &[t, t + STEP], &[held, held], Hold::ZeroOrder, 8);
+        x.copy_from_slice(path.expect("it is held").state(1));
+    }
+    add_gaussian_noise(&mut q, noise, &mut rng(44, 0)).expect("a deviation");
+    let column = |name: &str, values: &[f64]| Column { name: name.into(), values: values.into() };
+    let columns = vec![column("q", &q), column("u", &u)];
+    let recording = Recording { name: "run".into(), time, columns };
+    let dataset = Dataset::new(&model, &[recording]).expect("a dataset");
+    let predictor = Predictor::new(&model, &dataset);
+    assert!(predictor.integration().steps_a_sample <= 2, "{:?}", predictor.integration());
+    for horizon in [0.5, 1.0, 1.5, 2.0] {
+        let observed = &dataset.recordings[0];
+        let error = predictor.windowed(observed, horizon).rmse(observed, 0) / noise;
+        assert!((0.9..1.1).contains(&error), "{horizon} s: {error} noises");
+    }
 }
 
 #[test]
