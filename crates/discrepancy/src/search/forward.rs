@@ -204,6 +204,8 @@ impl<'p> Search<'p> {
         let near = base.reduced() < decision.explained;
         let promising = if near { 0.5 * decision.prior_odds } else { decision.tie };
         let hopeless = ((1.0 - decision.screening_error) * top).min(top - decision.prior_odds);
+        // What is taken up by a parameter at the end of what it may be, the screening lets it take up beyond.
+        let pressed = !near && base.parameters_at_bound().contains(&true);
         let (mut rank, mut structures) = (0, vec![]);
         shortlist.retain(|s| {
             rank += 1;
@@ -213,7 +215,7 @@ impl<'p> Search<'p> {
                 structures.push(class);
             }
             let hopes = rank <= decision.shortlist && (rank <= 3 || s.gain > hopeless);
-            s.gain > promising && (hopes || first)
+            (s.gain > promising && (hopes || first)) || (pressed && first)
         });
         // What may not be named is missing all the same.
         let mut excluded = screen.score(&self.excluded);
