@@ -27,7 +27,7 @@ fn case() -> (Model, Dataset) {
     let mut plans = plans(SEED, PLANS, Some(Group::Catalogue)).into_iter();
     let two = plans.find_map(|plan| {
         let case = Case::draw(SEED, &plan).expect("a case can be drawn");
-        let model = Model::from_text(&case.model, "model.toml").expect("its model is valid");
+        let model = case.files.read().expect("its model is valid");
         let fits = model.coordinates.len() == 2 && case.sealed.matter == Matter::MissingPhysics;
         fits.then_some((case, model))
     });

@@ -53,7 +53,7 @@ pub fn conceal(
         }
         Topic::Friction => {
             let dry_and_viscous = ["coulomb_friction", "viscous_friction"];
-            let found = dry_and_viscous.map(|class| lacuna_effects::find(class));
+            let found = dry_and_viscous.map(lacuna_effects::find);
             let mut all = vec![];
             for effect in found.into_iter().flatten() {
                 for joint in 0..model.coordinates.len() {

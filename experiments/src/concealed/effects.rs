@@ -62,8 +62,8 @@ fn structure(class: &str, model: &Model, rng: &mut ChaCha8Rng) -> Numbers {
         return Numbers::from([("roll", tilt(rng)), ("pitch", tilt(rng))]);
     }
     // The masses of the links, the last one's last.
-    let masses = model.parameters.iter().filter(|p| p.name.ends_with(".mass"));
-    let last = masses.last().map_or(1.0, |p| p.value);
+    let mut masses = model.parameters.iter().filter(|p| p.name.ends_with(".mass"));
+    let last = masses.next_back().map_or(1.0, |p| p.value);
     let mut aside = |reach: f64| uniform(rng, -reach, reach);
     Numbers::from([
         ("com_x", aside(0.05)),

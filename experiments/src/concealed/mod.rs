@@ -25,6 +25,7 @@
 //! | off-formula | laws the catalogue does not have; effects under coloured noise or clock jitter | nearest class, or an unknown function of the right variables; verdict unexplained, too |
 //! | local | what acts in a region or from a time on | the same, and the samples where it acts (F1) |
 //! | null | nothing, wrong parameters, coloured noise, clock jitter | no finding |
+//! | robots | effects of joints, actuators, sensors and structure, friction on all joints, in drawn chains of two to five joints that a URDF describes | class and channel; nothing where there is nothing |
 //! | machines | noisy inputs, random forces, a hidden coordinate, glitches, a slow log, with an effect or alone; laws of several variables; three effects | class and channel; nothing where there is nothing |
 
 pub mod actuator;

@@ -29,8 +29,8 @@ pub fn places(spec: &PlantSpec, model: &Model, effect: &Effect) -> Vec<usize> {
         // A payload hangs on the last link.
         (Law::Structure(_), _) => {
             let all = 0..model.structures(effect).len();
-            let told = all.filter(|&k| model.tells_structure(effect.acts, k));
-            told.last().into_iter().collect()
+            let mut told = all.filter(|&k| model.tells_structure(effect.acts, k));
+            told.next_back().into_iter().collect()
         }
         (_, Acts::States) => on_states.collect(),
         (_, Acts::CoordinatesAndStates | Acts::CoordinatesAndSpeeds) => {

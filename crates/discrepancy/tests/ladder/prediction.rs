@@ -77,7 +77,9 @@ fn the_beginning_of_a_machine_that_runs_away_is_found() {
         let t = STEP * f64::from(k);
         let goal = 0.5 * (1.3 * t).sin() + 0.2 * (4.1 * t).sin();
         let held = 120.0 * (goal - x[0]) - 15.0 * x[1];
-        (time.push(t), u.push(held), q.push(x[0]));
+        time.push(t);
+        u.push(held);
+        q.push(x[0]);
         let path = rk4_sampled(&plant, &x, &[t, t + STEP], &[held, held], Hold::ZeroOrder, 8);
         x.copy_from_slice(path.expect("it is held").state(1));
     }

@@ -81,3 +81,27 @@ pub fn draw(joints: usize, rng: &mut ChaCha8Rng) -> String {
     out.push_str("</robot>\n");
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::ROBOTS;
+    use crate::concealed::machine;
+    use lacuna_excitation::rng;
+
+    /// Whatever is drawn can be read, and has as many joints as were asked for, each with a motor.
+    #[test]
+    fn a_drawn_robot_is_read() {
+        for seed in 0..20 {
+            for spec in ROBOTS {
+                let (files, model) = machine::draw(spec, &mut rng(seed, 0)).expect("a robot");
+                assert_eq!(
+                    (model.coordinates.len(), model.inputs.len()),
+                    (spec.joints, spec.joints)
+                );
+                let masses = model.parameters.iter().filter(|p| p.name.ends_with(".mass"));
+                assert_eq!(masses.filter(|p| p.value > 0.0).count(), spec.joints);
+                assert!(files.robot.is_some());
+            }
+        }
+    }
+}
