@@ -1,6 +1,7 @@
 //! Predictions of a model.
 
 use super::state::{self, Runner};
+use super::substeps::Beginning;
 use super::{Prediction, Series, substeps};
 use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
@@ -86,7 +87,7 @@ impl<'a> Predictor<'a> {
         substeps::fewest(self.dataset, (tolerance, most), |steps, beginning| {
             substeps::along(&driven, |driven, range| {
                 let mut state = self.guess(driven.observed, range.start);
-                beginning.move_state(self.dataset, &mut state);
+                self.move_state(beginning, &mut state);
                 self.run(&self.plain, driven, (range, steps), &mut state)
             })
         })
@@ -105,11 +106,19 @@ impl<'a> Predictor<'a> {
         substeps::fewest(self.dataset, (tolerance, most), |steps, beginning| {
             let run = |&k: &usize| {
                 let mut state = self.plain.system.at_rest(motion.state(k));
-                beginning.move_state(self.dataset, &mut state);
+                self.move_state(beginning, &mut state);
                 self.run(&self.plain, &driven, (k..k + 2, steps), &mut state)
             };
             places.iter().map(run).collect()
         })
+    }
+
+    /// A measured state as the runs begin from it that tell how errors grow. What effects remember nobody measures:
+    /// that what it makes of an error is the machine's doing cannot be told.
+    fn move_state(&self, beginning: Beginning, state: &mut [f64]) {
+        if state.len() == self.plain.system.machine_states() {
+            beginning.move_state(self.dataset, state);
+        }
     }
 
     /// Samples along a motion that tell how many steps it needs: some spread evenly, and those where each

@@ -104,12 +104,18 @@ pub(super) fn fewest(
 ) -> Integration {
     /// By what factor the effect of a beginning may differ between two steps and be the same.
     const SAME: f64 = 2.0;
-    let apart = |a: &[Series], b: &[Series]| {
-        let pairs = a.iter().zip(b);
-        pairs.map(|(a, b)| weighted_distance(dataset, a, b)).fold(0.0, f64::max)
+    let apart = |a: &[Series], b: &[Series]| -> Vec<f64> {
+        a.iter().zip(b).map(|(a, b)| weighted_distance(dataset, a, b)).collect()
     };
     let grown = |substeps, plain: &[Series]| {
-        apart(plain, &runs(substeps, Beginning::Moved(tolerance))) / tolerance
+        apart(plain, &runs(substeps, Beginning::Moved(tolerance)))
+            .into_iter()
+            .map(|d| d / tolerance)
+    };
+    // By how much the machine itself makes of an error, in one of the stretches.
+    let own = |(before, after): (f64, f64)| {
+        let alike = before < SAME * after && after < SAME * before;
+        if alike { before.min(after).max(1.0) } else { 1.0 }
     };
     let mut substeps = 1;
     let mut coarse = runs(substeps, Beginning::Measured);
@@ -117,12 +123,11 @@ pub(super) fn fewest(
     while substeps < most {
         substeps *= 2;
         let fine = runs(substeps, Beginning::Measured);
-        error = apart(&coarse, &fine);
+        let errors = apart(&coarse, &fine);
+        error = errors.iter().copied().fold(0.0, f64::max);
         if error >= tolerance && error.is_finite() {
-            let (before, after) = (grown(substeps / 2, &coarse), grown(substeps, &fine));
-            let alike = before < SAME * after && after < SAME * before;
-            // By how much the machine itself makes of an error.
-            error /= if alike { before.min(after).max(1.0) } else { 1.0 };
+            let pairs = grown(substeps / 2, &coarse).zip(grown(substeps, &fine));
+            error = errors.iter().zip(pairs.map(own)).map(|(e, own)| e / own).fold(0.0, f64::max);
         }
         if error < tolerance {
             return Integration { steps_a_sample: substeps / 2, error_over_noise: error };
