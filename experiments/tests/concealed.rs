@@ -28,10 +28,10 @@ fn a_seed_makes_the_same_case_again() {
     };
     let (first, again, other) = (draw(SEED), draw(SEED), draw(SEED + 1));
     assert_eq!(first.sealed, again.sealed);
-    assert_eq!(first.files.model, again.files.model);
+    assert_eq!(first.files, again.files);
     assert_eq!(first.recordings, again.recordings);
     assert_eq!(first.tests, again.tests);
-    assert!(first.files.model != other.files.model || first.recordings != other.recordings);
+    assert!(first.files != other.files || first.recordings != other.recordings);
 }
 
 #[test]

@@ -10,6 +10,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
+use super::machine::is_mass;
 use super::scales::{ChannelScale, Scales};
 use super::several::{self, several};
 
@@ -61,9 +62,8 @@ fn structure(class: &str, model: &Model, rng: &mut ChaCha8Rng) -> Numbers {
     if class == "base_tilt" {
         return Numbers::from([("roll", tilt(rng)), ("pitch", tilt(rng))]);
     }
-    // The masses of the links, the last one's last.
-    let mut masses = model.parameters.iter().filter(|p| p.name.ends_with(".mass"));
-    let last = masses.next_back().map_or(1.0, |p| p.value);
+    // That of the last link.
+    let last = model.parameters.iter().rfind(|p| is_mass(p)).map_or(1.0, |p| p.value);
     let mut aside = |reach: f64| uniform(rng, -reach, reach);
     Numbers::from([
         ("com_x", aside(0.05)),

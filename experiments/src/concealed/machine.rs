@@ -1,6 +1,7 @@
 //! The model file of a case, and what is true of its parameters.
 
 use lacuna_plants::Model;
+use lacuna_plants::model::Parameter;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::path::{Path, PathBuf};
@@ -18,7 +19,7 @@ const SPREAD: f64 = 1.25;
 const ALSO_WRONG: f64 = 0.5;
 
 /// A model as files.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Files {
     /// Text of the model file.
     pub model: String,
@@ -41,7 +42,9 @@ impl Files {
             written.map_err(|source| StudyError::Write { path: path.clone(), source })?;
             Ok::<_, StudyError>(path)
         };
-        self.robot.iter().try_for_each(|text| write(ROBOT, text).map(|_| ()))?;
+        if let Some(text) = &self.robot {
+            write(ROBOT, text)?;
+        }
         write("model.toml", &self.model)
     }
 
@@ -88,7 +91,12 @@ fn three_digits(value: f64) -> f64 {
 /// Whether a parameter may be drawn wrong: of a robot's links their masses, by which they stay possible.
 fn may_be_wrong(model: &Model, k: usize) -> bool {
     let p = &model.parameters[k];
-    p.std() > 0.0 && (model.dynamics().tree().is_none() || p.name.ends_with(".mass"))
+    p.std() > 0.0 && (model.dynamics().tree().is_none() || is_mass(p))
+}
+
+/// Whether a parameter of a robot is the mass of a link.
+pub fn is_mass(parameter: &Parameter) -> bool {
+    parameter.name.ends_with(".mass")
 }
 
 /// The model with the parameters that are true: some are off by about their tolerance.

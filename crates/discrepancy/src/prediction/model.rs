@@ -113,10 +113,15 @@ impl<'a> Predictor<'a> {
         })
     }
 
+    /// Whether effects remember anything.
+    fn remembers(&self) -> bool {
+        self.plain.system.width() > self.plain.system.machine_states()
+    }
+
     /// A measured state as the runs begin from it that tell how errors grow. What effects remember nobody measures:
     /// that what it makes of an error is the machine's doing cannot be told.
     fn move_state(&self, beginning: Beginning, state: &mut [f64]) {
-        if state.len() == self.plain.system.machine_states() {
+        if !self.remembers() {
             beginning.move_state(self.dataset, state);
         }
     }
@@ -276,8 +281,7 @@ impl Runner for Driving<'_, '_> {
     }
 
     fn remembers(&self) -> bool {
-        let system = &self.predictor.plain.system;
-        system.width() > system.machine_states()
+        self.predictor.remembers()
     }
 
     fn remember(&self, range: Range<usize>, x0: &[f64], guess: &mut [f64]) {

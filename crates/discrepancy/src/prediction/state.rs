@@ -2,6 +2,7 @@
 
 use super::{Prediction, Series, windows};
 use crate::dataset::Observed;
+use crate::decision::Decision;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -50,37 +51,47 @@ pub(super) trait Runner: Sync {
 /// is below.
 const BELIEVED: f64 = 1e-3;
 
-/// Mean square of a residual, in units of the noise, above which a fit may have lost its way.
-const ASTRAY: f64 = 1.5;
 /// First share of a range that is fitted where the whole of it leads a fit astray: one in so many.
 const SHORTEST: usize = 8;
+
+/// A state, and the weighted residual that it leaves over the range that it was fitted to.
+struct Fitted {
+    x: Vec<f64>,
+    rest: DVector<f64>,
+}
+
+impl Fitted {
+    /// This one, or another that leaves less.
+    fn or_better(self, other: Self) -> Self {
+        if other.rest.norm_squared() < self.rest.norm_squared() { other } else { self }
+    }
+}
 
 /// The state (memory of effects included) at the beginning of `range` that fits its samples best, from a guess.
 /// What is unstable runs from a guess where no step leads back: where the whole range leaves more than noise it is
 /// fitted once more by parts that grow, each from where the one before it was best, and the better stays.
-pub(super) fn fit_state(runner: &impl Runner, range: Range<usize>, guess: Vec<f64>) -> Vec<f64> {
-    let misfit = |x: &[f64]| residual(runner, &range, &runner.run(range.clone(), x));
-    let at_once = fit_from(runner, range.clone(), guess.clone());
-    let left = misfit(&at_once);
-    if left.norm_squared() <= ASTRAY * left.len() as f64 {
+fn fit_state(runner: &impl Runner, range: &Range<usize>, guess: Vec<f64>) -> Fitted {
+    let at_once = fit_from(runner, range, guess.clone());
+    let noise = Decision::default().explained * at_once.rest.len() as f64;
+    if at_once.rest.norm_squared() <= noise {
         return at_once;
     }
-    let lengths = std::iter::successors(Some(SHORTEST), |share| Some(share / 2).filter(|s| *s > 0));
-    let grown = lengths.fold(guess, |x, share| {
+    let shares = std::iter::successors(Some(SHORTEST), |share| Some(share / 2).filter(|s| *s > 1));
+    let begun = shares.fold(guess, |x, share| {
         let end = range.start + (range.len() / share).max(2).min(range.len());
-        fit_from(runner, range.start..end, x)
+        fit_from(runner, &(range.start..end), x).x
     });
-    if misfit(&grown).norm_squared() < left.norm_squared() { grown } else { at_once }
+    at_once.or_better(fit_from(runner, range, begun))
 }
 
 /// The same by Levenberg and Marquardt, on the state alone.
-fn fit_from(runner: &impl Runner, range: Range<usize>, guess: Vec<f64>) -> Vec<f64> {
+fn fit_from(runner: &impl Runner, range: &Range<usize>, guess: Vec<f64>) -> Fitted {
     let mut x = guess;
     let mut here = runner.run(range.clone(), &x);
-    let mut rest = residual(runner, &range, &here);
+    let mut rest = residual(runner, range, &here);
     let mut damping = BELIEVED;
     for _ in 0..20 {
-        let jacobian = jacobian(runner, &range, &x, &here);
+        let jacobian = jacobian(runner, range, &x, &here);
         let gradient = jacobian.tr_mul(&rest);
         let normal = jacobian.tr_mul(&jacobian);
         let before = rest.norm_squared();
@@ -93,7 +104,7 @@ fn fit_from(runner: &impl Runner, range: Range<usize>, guess: Vec<f64>) -> Vec<f
             }
             let candidate: Vec<f64> = x.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
             let there = runner.run(range.clone(), &candidate);
-            let trial = residual(runner, &range, &there);
+            let trial = residual(runner, range, &there);
             if trial.norm_squared() < before {
                 (x, here, rest) = (candidate, there, trial);
                 damping = (damping * 0.1).max(1e-9);
@@ -106,23 +117,7 @@ fn fit_from(runner: &impl Runner, range: Range<usize>, guess: Vec<f64>) -> Vec<f
             break;
         }
     }
-    x
-}
-
-/// The same from a guess, or from another where that fits better.
-fn fit_state_from(
-    runner: &impl Runner,
-    range: &Range<usize>,
-    guess: Vec<f64>,
-    again: Option<Vec<f64>>,
-) -> Vec<f64> {
-    let fitted = |guess| fit_state(runner, range.clone(), guess);
-    let misfit = |x: &[f64]| residual(runner, range, &runner.run(range.clone(), x)).norm_squared();
-    let best = fitted(guess);
-    match again.map(fitted) {
-        Some(other) if misfit(&other) < misfit(&best) => other,
-        _ => best,
-    }
+    Fitted { x, rest }
 }
 
 /// Weighted residual over a range; a large finite number where the model diverges, so
@@ -166,7 +161,7 @@ fn weighted(
 pub(super) fn free_run(runner: &impl Runner, warmup: usize) -> Prediction {
     let samples = runner.observed().len();
     let warmup = warmup.clamp(2, samples);
-    let x0 = fit_state(runner, 0..warmup, runner.guess(0));
+    let x0 = fit_state(runner, &(0..warmup), runner.guess(0)).x;
     let counted = if warmup < samples { warmup..samples } else { 0..warmup };
     Prediction { outputs: runner.run(0..samples, &x0), counted }
 }
@@ -188,7 +183,7 @@ pub(super) fn windowed(runner: &impl Runner, horizon: f64) -> Prediction {
 /// Runs of which none knows of another.
 fn at_once(runner: &impl Runner, ranges: Vec<Range<usize>>) -> Vec<Series> {
     let run = |range: Range<usize>| {
-        let x0 = fit_state(runner, range.clone(), runner.guess(range.start));
+        let x0 = fit_state(runner, &range, runner.guess(range.start)).x;
         runner.run(range, &x0)
     };
     ranges.into_par_iter().map(run).collect()
@@ -204,7 +199,12 @@ fn in_turn(runner: &impl Runner, ranges: Vec<Range<usize>>) -> Vec<Series> {
             runner.remember(*start..range.start + 1, x0, &mut guess);
         }
         let again = (guess != at_rest).then_some(at_rest);
-        let x0 = fit_state_from(runner, &range, guess, again);
+        let fitted = |guess| fit_state(runner, &range, guess);
+        let best = fitted(guess);
+        let x0 = match again.map(fitted) {
+            Some(other) => best.or_better(other).x,
+            None => best.x,
+        };
         before = Some((range.start, x0.clone()));
         runner.run(range, &x0)
     };

@@ -11,7 +11,7 @@ const PRISMATIC: f64 = 0.2;
 /// Damping that the file knows of, as a share of a joint's inertia (1/s).
 const DAMPED: [f64; 2] = [0.5, 2.0];
 
-/// A solid box that is not quite where its joint is, and what hangs on it grows lighter: `k` of `joints`.
+/// A solid box beside its joint's axis, lighter and shorter the more links carry it.
 struct Link {
     mass: f64,
     sides: [f64; 3],
@@ -85,7 +85,7 @@ pub fn draw(joints: usize, rng: &mut ChaCha8Rng) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::ROBOTS;
-    use crate::concealed::machine;
+    use crate::concealed::machine::{self, is_mass};
     use lacuna_excitation::rng;
 
     /// Whatever is drawn can be read, and has as many joints as were asked for, each with a motor.
@@ -98,7 +98,7 @@ mod tests {
                     (model.coordinates.len(), model.inputs.len()),
                     (spec.joints, spec.joints)
                 );
-                let masses = model.parameters.iter().filter(|p| p.name.ends_with(".mass"));
+                let masses = model.parameters.iter().filter(|p| is_mass(p));
                 assert_eq!(masses.filter(|p| p.value > 0.0).count(), spec.joints);
                 assert!(files.robot.is_some());
             }
