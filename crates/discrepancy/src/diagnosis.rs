@@ -7,6 +7,7 @@ mod robot;
 
 pub use robot::{Joint, Robot};
 
+use lacuna_plants::Substeps;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -90,10 +91,29 @@ pub struct Driving {
 pub struct Integration {
     /// Runge-Kutta steps from one sample to the next.
     pub steps_a_sample: usize,
+    /// Whether a step is cut in four, and these once more and again, where slopes jump within it
+    /// ([`lacuna_plants::Substeps`]).
+    #[serde(default)]
+    pub cut_where_slopes_jump: bool,
     /// Largest change of a prediction by the last halving that was tried, in units of the noise (of a
     /// thousandth of the channel's range, where that is more).
     #[serde(with = "infinite_as_null")]
     pub error_over_noise: f64,
+}
+
+impl Integration {
+    /// In such steps, whose error is not known.
+    #[must_use]
+    pub fn in_steps(substeps: Substeps) -> Self {
+        let Substeps { count, cut } = substeps;
+        Self { steps_a_sample: count, cut_where_slopes_jump: cut, error_over_noise: f64::INFINITY }
+    }
+
+    /// The steps.
+    #[must_use]
+    pub fn substeps(&self) -> Substeps {
+        Substeps { count: self.steps_a_sample, cut: self.cut_where_slopes_jump }
+    }
 }
 
 /// Noise on a recorded input.

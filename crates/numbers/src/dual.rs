@@ -149,6 +149,7 @@ impl Linear for Dual {
 
 impl Number for Dual {
     const CARRIES: bool = true;
+    const PARTS: usize = 1 + LANES;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
@@ -158,6 +159,11 @@ impl Number for Dual {
     #[inline(always)]
     fn value(self) -> f64 {
         self.value
+    }
+
+    #[inline(always)]
+    fn part(&self, part: usize) -> f64 {
+        if part == 0 { self.value } else { self.tangent[part - 1] }
     }
 
     #[inline(always)]

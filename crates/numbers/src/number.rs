@@ -47,12 +47,17 @@ pub trait Number:
 {
     /// Whether numbers of this kind carry derivatives.
     const CARRIES: bool;
+    /// How many plain numbers it is made of.
+    const PARTS: usize;
 
     /// A number that does not depend on anything.
     fn constant(value: f64) -> Self;
 
     /// Its value.
     fn value(self) -> f64;
+
+    /// One of the [`PARTS`](Self::PARTS) that it is made of: its value, then its derivatives.
+    fn part(&self, part: usize) -> f64;
 
     /// Whether it carries a derivative that is not 0.
     fn moves(self) -> bool;
@@ -133,6 +138,7 @@ impl Linear for f64 {
 
 impl Number for f64 {
     const CARRIES: bool = false;
+    const PARTS: usize = 1;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
@@ -142,6 +148,11 @@ impl Number for f64 {
     #[inline(always)]
     fn value(self) -> f64 {
         self
+    }
+
+    #[inline(always)]
+    fn part(&self, _part: usize) -> f64 {
+        *self
     }
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use divan::{Bencher, counter::ItemsCount};
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{Direction, StepInput};
-use lacuna_plants::{Model, System};
+use lacuna_plants::{Model, Substeps, System};
 
 fn main() {
     divan::main();
@@ -48,7 +48,7 @@ fn plain(bencher: Bencher, effects: &str) {
                 &mut w,
                 (t, t + 0.004),
                 StepInput::Line(&[0.5, 0.1], &[0.5, 0.1]),
-                1,
+                Substeps::even(1),
                 &mut x,
             );
         }
@@ -75,7 +75,13 @@ fn eight_directions(bencher: Bencher, effects: &str) {
         let mut x: Vec<Dual> = start.iter().enumerate().map(seed).collect();
         for k in 0..SAMPLES {
             let t = 0.004 * k as f64;
-            system.advance(&mut w, (t, t + 0.004), StepInput::Line(&u, &u), 1, &mut x);
+            system.advance(
+                &mut w,
+                (t, t + 0.004),
+                StepInput::Line(&u, &u),
+                Substeps::even(1),
+                &mut x,
+            );
         }
         x
     });

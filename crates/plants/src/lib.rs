@@ -24,6 +24,7 @@ pub mod input;
 pub mod integrate;
 pub mod model;
 pub mod plant;
+mod substeps;
 pub mod two_link;
 
 pub use duffing::Duffing;
@@ -32,4 +33,5 @@ pub use input::{Hold, Input, InputFn, InputPath, SampledInput, SmoothInput};
 pub use integrate::{SimulationError, Trajectory, rk4, rk4_sampled};
 pub use model::{Model, ModelError, System};
 pub use plant::Plant;
+pub use substeps::Substeps;
 pub use two_link::TwoLinkArm;

@@ -2,7 +2,7 @@
 
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{Direction, StepInput};
-use lacuna_plants::{Model, Plant, System};
+use lacuna_plants::{Model, Plant, Substeps, System};
 
 /// Two joints that pull at each other, and three, whose mass matrix is solved by elimination.
 fn model(joints: usize, inertia: &str, added: &str) -> Model {
@@ -54,7 +54,13 @@ fn it_moves_as_a_larger_mass_does() {
             for k in 0..500 {
                 let t = 0.01 * f64::from(k);
                 let u = [(3.0 * t).sin()];
-                system.advance(&mut w, (t, t + 0.01), StepInput::Line(&u, &u), 2, &mut x);
+                system.advance(
+                    &mut w,
+                    (t, t + 0.01),
+                    StepInput::Line(&u, &u),
+                    Substeps::even(2),
+                    &mut x,
+                );
             }
             x
         });
@@ -77,7 +83,13 @@ fn its_derivative_is_that_of_the_mass() {
         for k in 0..200 {
             let t = 0.01 * f64::from(k);
             let u = [Dual::constant((3.0 * t).sin())];
-            system.advance(&mut w, (t, t + 0.01), StepInput::Line(&u, &u), 1, &mut x);
+            system.advance(
+                &mut w,
+                (t, t + 0.01),
+                StepInput::Line(&u, &u),
+                Substeps::even(1),
+                &mut x,
+            );
         }
         for x in &x {
             assert!((x.tangent[1] - x.tangent[2]).abs() < 1e-12 * (1.0 + x.tangent[1].abs()));

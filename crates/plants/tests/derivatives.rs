@@ -2,7 +2,7 @@
 
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{Direction, StepInput};
-use lacuna_plants::{Model, System};
+use lacuna_plants::{Model, Substeps, System};
 
 const ARM: &str = r#"
 name = "arm"
@@ -60,7 +60,7 @@ fn run(model: &Model, parameters: &[f64], effects: usize, moved: f64, start: &[f
     for k in 0..SAMPLES {
         let t = STEP * k as f64;
         let u = [3.0 * (4.0 * t).sin(), (7.0 * t).cos()];
-        system.advance(&mut w, (t, t + STEP), StepInput::Line(&u, &u), 2, &mut x);
+        system.advance(&mut w, (t, t + STEP), StepInput::Line(&u, &u), Substeps::even(2), &mut x);
     }
     x
 }
@@ -73,7 +73,7 @@ fn a_change_of_an_input_is_a_direction() {
         let system = System::along(&model, &model.values(), &model.effects, directions, 0.0);
         let mut w = system.workspace();
         let mut x = [0.3, -0.4, 0.1, 0.5, 0.02].map(Dual::constant);
-        system.advance(&mut w, (0.0, STEP), inputs, 2, &mut x);
+        system.advance(&mut w, (0.0, STEP), inputs, Substeps::even(2), &mut x);
         x
     };
     let changes = [(Direction::Input(0), 1), (Direction::Input(1), 4)];
@@ -108,7 +108,7 @@ fn a_simulation_carries_its_derivatives() {
     for k in 0..SAMPLES {
         let t = STEP * k as f64;
         let u = [3.0 * (4.0 * t).sin(), (7.0 * t).cos()].map(Dual::constant);
-        system.advance(&mut w, (t, t + STEP), StepInput::Line(&u, &u), 2, &mut x);
+        system.advance(&mut w, (t, t + STEP), StepInput::Line(&u, &u), Substeps::even(2), &mut x);
     }
     let base = run(&model, &p, 0, 0.0, &start);
     let h = 1e-6;

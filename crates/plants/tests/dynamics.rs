@@ -6,7 +6,7 @@ use lacuna_plants::model::{
     Augmentation, BuildError, Builder, NameError, NewEffect, StepInput, Uncertainty,
     UncertaintyError,
 };
-use lacuna_plants::{Model, System};
+use lacuna_plants::{Model, Substeps, System};
 use std::sync::Arc;
 
 /// A motor on an elastic shaft with a hanging load, and the temperature of its winding.
@@ -98,7 +98,13 @@ fn rollout(model: &Model) -> Vec<f64> {
     for k in 0..200 {
         let t = 0.01 * f64::from(k);
         let u = [3.0 * (4.0 * t).sin()];
-        system.advance(&mut room, (t, t + 0.01), StepInput::Line(&u, &u), 2, &mut x);
+        system.advance(
+            &mut room,
+            (t, t + 0.01),
+            StepInput::Line(&u, &u),
+            Substeps::even(2),
+            &mut x,
+        );
     }
     x
 }
@@ -308,7 +314,13 @@ fn a_simulation_along_closures_carries_the_derivatives_of_the_text() {
         for k in 0..100 {
             let t = 0.01 * f64::from(k);
             let u = [Dual::constant(3.0 * (4.0 * t).sin())];
-            system.advance(&mut room, (t, t + 0.01), StepInput::Line(&u, &u), 1, &mut x);
+            system.advance(
+                &mut room,
+                (t, t + 0.01),
+                StepInput::Line(&u, &u),
+                Substeps::even(1),
+                &mut x,
+            );
         }
         x
     };
@@ -375,9 +387,9 @@ fn a_closure_of_changing_length_diverges() {
         .expect("right at rest");
     let system = System::new(&model);
     let (mut x, mut room) = (vec![0.0, 1.0], system.workspace());
-    system.advance(&mut room, (0.0, 0.1), StepInput::Line(&[], &[]), 1, &mut x);
+    system.advance(&mut room, (0.0, 0.1), StepInput::Line(&[], &[]), Substeps::even(1), &mut x);
     assert!((x[0] - 0.1).abs() < 1e-15);
-    system.advance(&mut room, (1.0, 1.1), StepInput::Line(&[], &[]), 1, &mut x);
+    system.advance(&mut room, (1.0, 1.1), StepInput::Line(&[], &[]), Substeps::even(1), &mut x);
     assert!(x[1].is_nan());
 }
 

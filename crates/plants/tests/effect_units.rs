@@ -3,8 +3,8 @@
 mod support;
 
 use lacuna_effects::find;
-use lacuna_plants::Model;
 use lacuna_plants::model::{Augmentation, NewEffect, StepInput, System};
+use lacuna_plants::{Model, Substeps};
 use support::read;
 
 const MODEL: &str = r#"
@@ -226,7 +226,7 @@ fn a_gravity_torque_turns_degrees_to_radians() {
         let system = System::new(&model);
         let mut state = vec![0.7 / si, 0.0];
         let input = StepInput::Line(&[0.0], &[0.0]);
-        system.advance(&mut system.workspace(), (0.0, 1e-4), input, 1, &mut state);
+        system.advance(&mut system.workspace(), (0.0, 1e-4), input, Substeps::even(1), &mut state);
         let expected = -3.0 * 0.7f64.sin() / 2.0 * 1e-4 / si;
         assert!((state[1] / expected - 1.0).abs() < 1e-6, "{unit}: {} {expected}", state[1]);
     }

@@ -1,7 +1,7 @@
 //! The step that fits and predictions share agrees with the general integrator, whatever the inputs
 //! do between their samples.
 
-use lacuna_plants::{Hold, Model, SampledInput, System, rk4};
+use lacuna_plants::{Hold, Model, SampledInput, Substeps, System, rk4};
 
 const SUBSTEPS: usize = 2;
 
@@ -27,7 +27,7 @@ fn steps_agree_with_the_general_integrator() {
         let inputs = hold.along((&times, &values), 0..times.len(), 1, SUBSTEPS);
         for (k, pair) in times.windows(2).enumerate() {
             let span = (pair[0], pair[1]);
-            system.advance(&mut workspace, span, inputs.step(k), SUBSTEPS, &mut x);
+            system.advance(&mut workspace, span, inputs.step(k), Substeps::even(SUBSTEPS), &mut x);
             found.extend_from_slice(&x);
         }
         let input = SampledInput { times: &times, values: &values, hold };

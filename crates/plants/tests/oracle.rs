@@ -5,7 +5,7 @@
 //! read, and each interval in which the input is smooth is integrated on its own.
 
 use lacuna_plants::model::StepInput;
-use lacuna_plants::{Hold, Model, Plant, System as Simulated};
+use lacuna_plants::{Hold, Model, Plant, Substeps, System as Simulated};
 use ode_solvers::{DVector, Dopri5, OutputType, System};
 
 /// A driven arm that depends on time explicitly, and a tank whose level nothing else feels.
@@ -95,7 +95,7 @@ fn error(plant: &Simulated, hold: Hold, substeps: usize, oracle: &[Vec<f64>]) ->
             &mut room,
             times,
             StepInput::Line(&[input(k)], &[next(k, hold)]),
-            substeps,
+            Substeps::even(substeps),
             &mut x,
         );
         for (found, expected) in x.iter().zip(expected) {

@@ -7,7 +7,7 @@ use lacuna_plants::model::{
     Augmentation, Direction, ModelEffect, NewEffect, StepInput, Strand, Uncertainty, Workspace,
     advance_together,
 };
-use lacuna_plants::{Model, Plant, System};
+use lacuna_plants::{Model, Plant, Substeps, System};
 use support::Folder;
 
 /// Two links that swing in the x-z plane, a slide at the end, and a gripper.
@@ -149,7 +149,7 @@ fn end(model: &Model, all: &[f64]) -> Vec<f64> {
     for k in 0..SAMPLES {
         let t = SAMPLE * k as f64;
         let u = driven(k);
-        system.advance(&mut w, (t, t + SAMPLE), StepInput::Line(&u, &u), 2, &mut x);
+        system.advance(&mut w, (t, t + SAMPLE), StepInput::Line(&u, &u), Substeps::even(2), &mut x);
     }
     x
 }
@@ -190,7 +190,7 @@ fn a_simulation_carries_its_derivatives() {
         let mut strands: Vec<Strand<Dual>> = parts
             .map(|((system, workspace), state)| Strand { system, workspace, inputs, state })
             .collect();
-        advance_together(&mut strands, (t, t + SAMPLE), 2);
+        advance_together(&mut strands, (t, t + SAMPLE), Substeps::even(2));
     }
     let plain = end(&model, &all);
     for state in &states {

@@ -6,7 +6,7 @@ mod support;
 use lacuna_effects::Acts;
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{Augmentation, Direction, NewEffect, StepInput};
-use lacuna_plants::{Model, Plant, System};
+use lacuna_plants::{Model, Plant, Substeps, System};
 use support::Folder;
 
 /// A column that turns, two links askew, a slide, and a tool that is fixed to it.
@@ -122,7 +122,7 @@ fn derivatives_are_exact() {
     let mut along: Vec<Dual> = STATE.iter().map(|x| Dual::constant(*x)).collect();
     let torques = [0.8, -1.1, 2.0];
     let inputs = torques.map(Dual::constant);
-    let (mut w, steps) = (system.workspace(), 4);
+    let (mut w, steps) = (system.workspace(), Substeps::even(4));
     system.advance(&mut w, (0.0, 0.02), StepInput::Line(&inputs, &inputs), steps, &mut along);
     for (direction, lane) in directions {
         let Direction::Effect(effect, parameter) = direction else { panic!() };

@@ -320,7 +320,7 @@ impl<'a> Ladder<'a> {
 
 /// What is to be said of predictions that more steps would still change.
 fn inexact(integration: Integration) -> Option<String> {
-    let Integration { steps_a_sample, error_over_noise } = integration;
+    let Integration { steps_a_sample, error_over_noise, .. } = integration;
     (error_over_noise > crate::prediction::INTEGRATION_TOLERANCE).then(|| {
         let change = match error_over_noise.is_finite() {
             true => format!("changed them by {error_over_noise:.2} of the noise"),

@@ -150,7 +150,8 @@ impl Ladder<'_> {
         let inputs = effective_inputs(&SeriesEffect::inputs(&h.effects), m, &times, commands);
         let system = System::with(model, &h.parameters, &h.effects);
         let (observation, count) = (&problem.observation, problem.dataset.outputs.len());
-        let path = model.inputs_along((&times, &inputs), 0..SAMPLES, self.found.chosen.substeps);
+        let path =
+            model.inputs_along((&times, &inputs), 0..SAMPLES, self.found.chosen.substeps.count);
         let mut start = problem.smoothed[0].state(0).to_vec();
         system.impose(path.sample(0), &mut start);
         let mut x = system.at_rest(&start);

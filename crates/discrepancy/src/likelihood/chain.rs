@@ -165,13 +165,13 @@ impl<T: Number> Chain<'_, T> {
     }
 
     fn inputs_along<'c>(&self, link: &'c Link<'c, T>, w: &Window) -> Along<'c, T> {
-        let (problem, substeps) = (self.run.problem, self.run.substeps);
+        let (problem, count) = (self.run.problem, self.run.substeps.count);
         match &link.inputs {
-            Inputs::Fixed(inputs) => Along::Fixed(problem.inputs_along(w, inputs, substeps)),
+            Inputs::Fixed(inputs) => Along::Fixed(problem.inputs_along(w, inputs, count)),
             Inputs::Moving(inputs) => {
                 let series = (&self.run.observed().times[..], &inputs[..]);
                 let range = w.range.start..w.range.end + 1;
-                Along::Moving(problem.model.inputs_along(series, range, substeps))
+                Along::Moving(problem.model.inputs_along(series, range, count))
             }
         }
     }

@@ -3,11 +3,12 @@
 use super::end::{End, FitError};
 use super::minimise::{Effort, Linearised, Minimisation};
 use super::normal::{Block, Precision};
-use super::problem::FINEST;
+use super::problem;
 use super::sweep::{Run, Starts};
 use super::windows::{Window, windows};
 use super::{Filter, Hypothesis, Problem, ProcessNoise, What};
 use lacuna_effects::Law;
+use lacuna_plants::Substeps;
 use lacuna_plants::model::{ModelEffect, System};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -34,7 +35,7 @@ pub struct Fit<'p> {
     /// Windows and states.
     pub windowed: Windowed,
     /// Runge-Kutta steps a sample.
-    pub substeps: usize,
+    pub substeps: Substeps,
     /// What drives the machine beside what was recorded; nothing where there is none.
     pub noise: Option<Arc<ProcessNoise>>,
     /// A filter a window, recording by recording; empty where no noise drives the machine.
@@ -248,7 +249,7 @@ impl<'p> Fit<'p> {
     }
 
     /// Runge-Kutta steps a sample where noise drives the machine, or none does.
-    fn steps_under(&self, noise: bool) -> usize {
+    fn steps_under(&self, noise: bool) -> Substeps {
         if noise == self.noise.is_some() {
             return self.substeps;
         }
@@ -367,7 +368,7 @@ impl<'p> Fit<'p> {
         &self,
         hypothesis: Hypothesis,
         marked: &[bool],
-        substeps: usize,
+        substeps: Substeps,
         effort: Effort,
     ) -> Result<Self, FitError> {
         let (windowed, left_out) = self.windows_for(&hypothesis).part(marked);
@@ -541,13 +542,14 @@ fn physical_std(e: &ModelEffect, internal: &[f64]) -> Vec<Option<f64>> {
 /// A fit in so many Runge-Kutta steps a sample, or in finer ones: what diverges in steps that were chosen for another
 /// theta, or elsewhere in the recordings, and in finer ones does not, is integrated badly and nothing worse.
 fn in_finer_steps_at_need<'p>(
-    mut steps: usize,
-    fit: impl Fn(usize) -> Result<Fit<'p>, FitError>,
+    mut steps: Substeps,
+    fit: impl Fn(Substeps) -> Result<Fit<'p>, FitError>,
 ) -> Result<Fit<'p>, FitError> {
     loop {
-        match fit(steps) {
-            Err(FitError::Diverged(_)) if 2 * steps <= FINEST => steps *= 2,
-            ended => return ended,
+        let finer = problem::finer(steps);
+        match (fit(steps), finer) {
+            (Err(FitError::Diverged(_)), Some(finer)) => steps = finer,
+            (ended, _) => return ended,
         }
     }
 }
@@ -556,7 +558,7 @@ fn minimise<'p>(
     problem: &'p Problem<'p>,
     hypothesis: Hypothesis,
     windowed: Windowed,
-    driven: (Option<Arc<ProcessNoise>>, usize),
+    driven: (Option<Arc<ProcessNoise>>, Substeps),
     effort: Effort,
 ) -> Result<Fit<'p>, FitError> {
     begun(problem, hypothesis, windowed, driven).run(effort)
@@ -567,7 +569,7 @@ fn begun<'p>(
     problem: &'p Problem<'p>,
     hypothesis: Hypothesis,
     windowed: Windowed,
-    (noise, substeps): (Option<Arc<ProcessNoise>>, usize),
+    (noise, substeps): (Option<Arc<ProcessNoise>>, Substeps),
 ) -> Minimisation<'p> {
     let windowed = windowed.fitted_to(problem, &hypothesis);
     let minimisation = Minimisation::new(problem, hypothesis, windowed, substeps);

@@ -11,6 +11,7 @@ use super::sweep::{Run, Starts};
 use super::{Hypothesis, Problem, ProcessNoise, Window};
 use crate::DiagnoseError;
 use crate::trajectories::SmoothedRecording;
+use lacuna_plants::Substeps;
 use lacuna_plants::model::System;
 use lacuna_plants::{Model, Plant};
 
@@ -50,7 +51,14 @@ pub(super) fn follow(problem: &mut Problem) -> Result<(), DiagnoseError> {
         let machine = vec![problem.smoothed[r].state(0).to_vec()];
         let starts = Starts { machine, memory: vec![] };
         let (windows, starts) = (&windows[..], &starts);
-        let run = Run { problem, hypothesis: &h, windows, starts, filters: &[], substeps: 1 };
+        let run = Run {
+            problem,
+            hypothesis: &h,
+            windows,
+            starts,
+            filters: &[],
+            substeps: Substeps::even(1),
+        };
         // Where the model runs away, nothing is known of what it hides.
         let Ok(maps) = Maps::not_knowing(&run, Some(&noise), &variances) else { continue };
         for (least, v) in least.iter_mut().zip(&maps.filters[0].unknown) {

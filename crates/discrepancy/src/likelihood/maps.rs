@@ -369,7 +369,7 @@ impl<'r> Linearising<'r> {
     fn window(&mut self, w: &Window, state: &mut [f64]) -> Result<(), Diverged> {
         let run = self.run;
         let (problem, observed) = (run.problem, run.observed());
-        let inputs = problem.inputs_along(w, self.inputs, run.substeps);
+        let inputs = problem.inputs_along(w, self.inputs, run.substeps.count);
         let outputs = problem.dataset.outputs.len();
         let m = problem.model.input_width();
         let mut filter = self.noise.map(|noise| Making::new(self.variances, noise));

@@ -6,6 +6,7 @@ use super::normal::{Arrow, Block, Memory, Step};
 use super::sweep::{self, Piece, Run, Starts};
 use super::{Filter, Fit, Hypothesis, Problem, ProcessNoise, Window, Windowed};
 use lacuna_effects::Law;
+use lacuna_plants::Substeps;
 use lacuna_plants::model::System;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -25,7 +26,7 @@ pub(super) struct Minimisation<'p> {
     pub problem: &'p Problem<'p>,
     pub hypothesis: Hypothesis,
     pub windowed: Windowed,
-    pub substeps: usize,
+    pub substeps: Substeps,
     /// Whether the windows begin where they are, and theta alone moves.
     pub anchored: bool,
     /// Windows that theta must not know, one mark a window; empty where it may know all.
@@ -72,7 +73,7 @@ impl<'p> Minimisation<'p> {
         problem: &'p Problem<'p>,
         hypothesis: Hypothesis,
         windowed: Windowed,
-        substeps: usize,
+        substeps: Substeps,
     ) -> Self {
         let (left_out, filters, noise, known) = (vec![], vec![], None, None);
         let anchored = false;

@@ -13,7 +13,7 @@ use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{
     Direction, ModelEffect, Observation, SeriesEffect, StepInput, System, effective_inputs,
 };
-use lacuna_plants::{InputPath, Model};
+use lacuna_plants::{InputPath, Model, Substeps};
 use lacuna_recordings::{Sampling, estimate_noise_pooled};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -26,7 +26,15 @@ const POINTS: usize = 60;
 /// Most Runge-Kutta steps a sample in a search.
 const MOST: usize = 16;
 /// Most Runge-Kutta steps a sample, for what goes astray in fewer.
-pub(super) const FINEST: usize = 64;
+const FINEST: usize = 64;
+
+/// Finer steps than those in which something goes astray: they are cut where slopes jump, and four times as many then.
+pub(super) fn finer(steps: Substeps) -> Option<Substeps> {
+    match steps.cut {
+        false => Some(Substeps::cut(steps.count)),
+        true => Some(Substeps::cut(4 * steps.count)).filter(|finer| finer.count <= MOST),
+    }
+}
 
 /// A model and the recordings that it is compared with.
 pub struct Problem<'a> {
@@ -229,9 +237,14 @@ impl<'a> Problem<'a> {
     /// Runge-Kutta steps a sample that a model needs: fewer where it is `corrected` at every sample, as a filter
     /// does.
     #[must_use]
-    pub fn substeps(&self, parameters: &[f64], effects: &[ModelEffect], corrected: bool) -> usize {
+    pub fn substeps(
+        &self,
+        parameters: &[f64],
+        effects: &[ModelEffect],
+        corrected: bool,
+    ) -> Substeps {
         // A twentieth of the noise: a search need not be finer.
-        self.steps_within(parameters, effects, corrected, (0.05, MOST)).steps_a_sample
+        self.steps_within(parameters, effects, corrected, (0.05, MOST)).substeps()
     }
 
     /// The same for a model that goes astray in as many as a search takes: what errs by more than the noise there
@@ -242,9 +255,9 @@ impl<'a> Problem<'a> {
         parameters: &[f64],
         effects: &[ModelEffect],
         corrected: bool,
-    ) -> Option<usize> {
-        let needed = self.steps_within(parameters, effects, corrected, (1.0, FINEST));
-        Some(needed.steps_a_sample).filter(|steps| *steps > MOST)
+    ) -> Option<Substeps> {
+        let needed = self.steps_within(parameters, effects, corrected, (1.0, FINEST)).substeps();
+        Some(needed).filter(|steps| steps.count > MOST)
     }
 
     fn steps_within(
@@ -254,7 +267,8 @@ impl<'a> Problem<'a> {
         corrected: bool,
         (tolerance, most): (f64, usize),
     ) -> Integration {
-        let p = Predictor::with_substeps(self.model, parameters, effects, self.dataset, 1);
+        let once = Substeps::even(1);
+        let p = Predictor::with_substeps(self.model, parameters, effects, self.dataset, once);
         match corrected && self.is_robot() {
             true => p.needed_from_sample_to_sample(&self.smoothed[0], (tolerance, most)),
             false => p.needed_substeps(tolerance, most),
@@ -422,7 +436,7 @@ impl<'a> Problem<'a> {
                         &mut w,
                         (s.times[k], s.times[k] + h),
                         StepInput::Line(&u, &u),
-                        1,
+                        Substeps::even(1),
                         &mut x,
                     );
                     let slope = x[c + n].tangent[0] / h;

@@ -7,6 +7,7 @@ use super::{Hypothesis, Problem, Window};
 use crate::dataset::Observed;
 use lacuna_effects::Law;
 use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::Substeps;
 use lacuna_plants::model::{Direction, SeriesEffect, System, effective_inputs};
 use rayon::prelude::*;
 
@@ -72,7 +73,7 @@ pub struct Run<'a> {
     /// A filter a window; none where no noise drives the machine.
     pub filters: &'a [Filter],
     /// Runge-Kutta steps a sample.
-    pub substeps: usize,
+    pub substeps: Substeps,
 }
 
 impl<'a> Run<'a> {

@@ -45,10 +45,15 @@ impl<'a> IdentifiedPredictor<'a> {
         let driving = driving?;
         let limits = (substeps::TOLERANCE, substeps::MOST);
         let needed = substeps::fewest(dataset, limits, |steps, beginning| {
-            substeps::along(&driving, |driving, range| {
-                let mut start = driving.guess(range.start);
-                beginning.move_state(dataset, &mut start);
-                driving.run_with(range, &start, steps)
+            // Learned motion is smooth.
+            let even = !steps.cut;
+            even.then(|| {
+                substeps::along(&driving, |driving, range| {
+                    let mut start = driving.guess(range.start);
+                    beginning.move_state(dataset, &mut start);
+                    let run = driving.run_with(range.clone(), &start, steps.count);
+                    (run, steps.count * range.len())
+                })
             })
         });
         drop(driving);

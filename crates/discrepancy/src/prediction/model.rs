@@ -7,6 +7,7 @@ use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
 use crate::trajectories::SmoothedRecording;
 use lacuna_numbers::{Dual, LANES, Number};
+use lacuna_plants::Substeps;
 use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect, sensed};
 use lacuna_plants::{Model, System};
 use std::ops::Range;
@@ -49,18 +50,18 @@ impl<'a> Predictor<'a> {
         effects: &[ModelEffect],
         dataset: &'a Dataset,
     ) -> Self {
-        let mut this = Self::with_substeps(model, parameters, effects, dataset, 1);
+        let mut this = Self::with_substeps(model, parameters, effects, dataset, Substeps::even(1));
         this.integration = this.needed_substeps(substeps::TOLERANCE, substeps::MOST);
         this
     }
 
-    /// The same with a given number of RK4 steps a sample.
+    /// The same with given RK4 steps a sample.
     pub(crate) fn with_substeps(
         model: &Model,
         parameters: &[f64],
         effects: &[ModelEffect],
         dataset: &'a Dataset,
-        substeps: usize,
+        substeps: Substeps,
     ) -> Self {
         let mut model = model.clone();
         model.effects = effects.to_vec();
@@ -72,7 +73,7 @@ impl<'a> Predictor<'a> {
             sensors: SeriesEffect::sensors(effects),
         };
         let parameters = parameters.to_vec();
-        let integration = Integration { steps_a_sample: substeps, error_over_noise: f64::INFINITY };
+        let integration = Integration::in_steps(substeps);
         Self { model, parameters, observation, plain, dataset, weights, integration }
     }
 
@@ -85,11 +86,11 @@ impl<'a> Predictor<'a> {
             return self.integration;
         }
         substeps::fewest(self.dataset, (tolerance, most), |steps, beginning| {
-            substeps::along(&driven, |driven, range| {
+            Some(substeps::along(&driven, |driven, range| {
                 let mut state = self.guess(driven.observed, range.start);
                 self.move_state(beginning, &mut state);
-                self.run(&self.plain, driven, (range, steps), &mut state)
-            })
+                self.run_counted(&self.plain, driven, (range, steps), &mut state)
+            }))
         })
     }
 
@@ -107,9 +108,9 @@ impl<'a> Predictor<'a> {
             let run = |&k: &usize| {
                 let mut state = self.plain.system.at_rest(motion.state(k));
                 self.move_state(beginning, &mut state);
-                self.run(&self.plain, &driven, (k..k + 2, steps), &mut state)
+                self.run_counted(&self.plain, &driven, (k..k + 2, steps), &mut state)
             };
-            places.iter().map(run).collect()
+            Some(substeps::gathered(places.iter().map(run)))
         })
     }
 
@@ -168,9 +169,20 @@ impl<'a> Predictor<'a> {
         &self,
         model: &InNumbers<T>,
         driven: &Driven,
-        (range, substeps): (Range<usize>, usize),
+        steps: (Range<usize>, Substeps),
         state: &mut [T],
     ) -> Vec<Vec<T>> {
+        self.run_counted(model, driven, steps, state).0
+    }
+
+    /// The same, and how many steps they were.
+    fn run_counted<T: Number>(
+        &self,
+        model: &InNumbers<T>,
+        driven: &Driven,
+        (range, substeps): (Range<usize>, Substeps),
+        state: &mut [T],
+    ) -> (Vec<Vec<T>>, usize) {
         let Driven { observed, effective } = driven;
         let times = &observed.times[range.clone()];
         let mut workspace = model.system.workspace();
@@ -178,7 +190,7 @@ impl<'a> Predictor<'a> {
         let mut outputs = vec![vec![T::constant(f64::NAN); times.len()]; count];
         let mut y = vec![T::constant(0.0); count];
         let series = (&observed.times[..], &effective[..]);
-        let inputs = self.model.inputs_along(series, range, substeps);
+        let inputs = self.model.inputs_along(series, range, substeps.count);
         let mut u = vec![T::constant(0.0); self.model.input_width()];
         for at in 0..times.len() {
             if !state.iter().all(|x| x.value().is_finite()) {
@@ -198,7 +210,7 @@ impl<'a> Predictor<'a> {
             let Measured::State(entry) = output.of else { continue };
             *series = sensed(&model.sensors, entry, times, std::mem::take(series));
         }
-        outputs
+        (outputs, workspace.steps())
     }
 
     /// A first guess of the state at a sample: what is measured there, velocities as slopes
@@ -241,7 +253,7 @@ impl<'a> Predictor<'a> {
         let mut moved = observed.clone();
         observed.lost.iter().for_each(|l| moved.commands[l.row * m + l.input] += l.sd);
         let run = |observed: &Observed| {
-            let steps = (0..observed.len(), self.integration.steps_a_sample);
+            let steps = (0..observed.len(), self.integration.substeps());
             self.run(&self.plain, &self.drive(observed), steps, &mut self.guess(observed, 0))
         };
         let (here, there) = (run(observed), run(&moved));
@@ -288,7 +300,7 @@ impl Runner for Driving<'_, '_> {
         let Predictor { model, plain, integration, .. } = self.predictor;
         let machine = model.machine_states();
         let mut state = x0.to_vec();
-        self.predictor.run(plain, self.driven, (range, integration.steps_a_sample), &mut state);
+        self.predictor.run(plain, self.driven, (range, integration.substeps()), &mut state);
         if state.iter().all(|x| x.is_finite()) {
             guess[machine..].copy_from_slice(&state[machine..]);
         }
@@ -296,7 +308,7 @@ impl Runner for Driving<'_, '_> {
 
     fn run(&self, range: Range<usize>, x0: &[f64]) -> Series {
         let Predictor { plain, integration, .. } = self.predictor;
-        let steps = (range, integration.steps_a_sample);
+        let steps = (range, integration.substeps());
         self.predictor.run(plain, self.driven, steps, &mut x0.to_vec())
     }
 
@@ -305,7 +317,7 @@ impl Runner for Driving<'_, '_> {
         let along = |first: usize| {
             let seed = |(i, x): (usize, &f64)| Dual::among(*x, i, first);
             let mut state: Vec<Dual> = x0.iter().enumerate().map(seed).collect();
-            let steps = (range.clone(), self.predictor.integration.steps_a_sample);
+            let steps = (range.clone(), self.predictor.integration.substeps());
             let outputs = self.predictor.run(&self.dual, self.driven, steps, &mut state);
             let lane = |l: usize| -> Series {
                 let of = |series: &Vec<Dual>| series.iter().map(|y| y.tangent[l]).collect();

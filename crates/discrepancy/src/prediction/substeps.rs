@@ -3,6 +3,7 @@
 use super::Series;
 use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
+use lacuna_plants::Substeps;
 use lacuna_plants::model::Measured;
 use std::ops::Range;
 
@@ -59,15 +60,28 @@ fn steepest(dataset: &Dataset) -> Option<(usize, usize)> {
     all.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
 }
 
+/// Runs along all stretches, and how many Runge-Kutta steps they took.
+pub(super) type Runs = (Vec<Series>, usize);
+
 /// Runs along the stretches of each recording, of what is driven as that is.
 pub(super) fn along<D>(
     driven: &[(D, Vec<Range<usize>>)],
-    run: impl Fn(&D, Range<usize>) -> Series,
-) -> Vec<Series> {
-    let of = |(driven, ranges): &(D, Vec<Range<usize>>)| -> Vec<Series> {
+    run: impl Fn(&D, Range<usize>) -> (Series, usize),
+) -> Runs {
+    let of = |(driven, ranges): &(D, Vec<Range<usize>>)| -> Vec<(Series, usize)> {
         ranges.iter().map(|range| run(driven, range.clone())).collect()
     };
-    driven.iter().flat_map(of).collect()
+    gathered(driven.iter().flat_map(of))
+}
+
+/// Runs, and how many steps they took together.
+pub(super) fn gathered(runs: impl Iterator<Item = (Series, usize)>) -> Runs {
+    let mut steps = 0;
+    let series = runs.map(|(series, of)| {
+        steps += of;
+        series
+    });
+    (series.collect(), steps)
 }
 
 /// Where runs begin.
@@ -91,8 +105,9 @@ impl Beginning {
     }
 }
 
-/// Fewest RK4 steps a sample whose error over some stretches stays well below the noise: doubled until doubling
-/// changes little. `runs` are those of the stretches with so many steps.
+/// The cheapest RK4 steps a sample whose error over some stretches stays well below the noise: of equal length, or cut
+/// where slopes jump, twice as many of them until twice as many change little. `runs` are those of the stretches with
+/// such steps; none where they cannot be cut.
 ///
 /// What is unstable carries any error away, those of the beginning first of all: there steps are enough where they
 /// change the runs by no more than a beginning does that is off by as little as they are allowed. That this is the
@@ -100,41 +115,95 @@ impl Beginning {
 pub(super) fn fewest(
     dataset: &Dataset,
     (tolerance, most): (f64, usize),
-    runs: impl Fn(usize, Beginning) -> Vec<Series>,
+    runs: impl Fn(Substeps, Beginning) -> Option<Runs>,
 ) -> Integration {
-    /// By what factor the effect of a beginning may differ between two steps and be the same.
-    const SAME: f64 = 2.0;
-    let apart = |a: &[Series], b: &[Series]| -> Vec<f64> {
-        a.iter().zip(b).map(|(a, b)| weighted_distance(dataset, a, b)).collect()
-    };
-    let grown = |substeps, plain: &[Series]| {
-        apart(plain, &runs(substeps, Beginning::Moved(tolerance)))
-            .into_iter()
-            .map(|d| d / tolerance)
-    };
-    // By how much the machine itself makes of an error, in one of the stretches.
-    let own = |(before, after): (f64, f64)| {
-        let alike = before < SAME * after && after < SAME * before;
-        if alike { before.min(after).max(1.0) } else { 1.0 }
-    };
-    let mut substeps = 1;
-    let mut coarse = runs(substeps, Beginning::Measured);
-    let mut error = f64::INFINITY;
-    while substeps < most {
-        substeps *= 2;
-        let fine = runs(substeps, Beginning::Measured);
-        let errors = apart(&coarse, &fine);
-        error = errors.iter().copied().fold(0.0, f64::max);
-        if error >= tolerance && error.is_finite() {
-            let pairs = grown(substeps / 2, &coarse).zip(grown(substeps, &fine));
-            error = errors.iter().zip(pairs.map(own)).map(|(e, own)| e / own).fold(0.0, f64::max);
+    let trial = Trial { dataset, tolerance, runs };
+    let run = |substeps| trial.run(substeps, Beginning::Measured);
+    let mut found: Option<(Integration, usize)> = None;
+    let mut last = Integration::in_steps(Substeps::even(most));
+    let mut finer: Option<Tried> = None;
+    for count in (0..).map(|k| 1 << k).take_while(|count| *count < most) {
+        // The finer of a round are those of the next.
+        let (even, cut) = match finer.take() {
+            Some(tried) if !tried.substeps.cut => (Some(tried), None),
+            cut => (run(Substeps::even(count)), cut),
+        };
+        let Some(even) = even else { break };
+        // More steps of equal length than those that were found are no cheaper.
+        if found.is_some_and(|(_, steps)| steps <= even.steps) {
+            break;
         }
-        if error < tolerance {
-            return Integration { steps_a_sample: substeps / 2, error_over_noise: error };
+        let fine = run(Substeps::cut(2 * count)).or_else(|| run(Substeps::even(2 * count)));
+        let Some(fine) = fine else { break };
+        let mut best = (trial.measured(&even, &fine), even.steps);
+        if best.0.error_over_noise >= tolerance
+            && found.is_none()
+            && let Some(cut) = cut.or_else(|| run(Substeps::cut(count)))
+        {
+            best = (trial.measured(&cut, &fine), cut.steps);
         }
-        coarse = fine;
+        let error = best.0.error_over_noise;
+        if error < tolerance && found.is_none_or(|(_, steps)| best.1 < steps) {
+            found = Some(best);
+        }
+        last = Integration { error_over_noise: error, ..Integration::in_steps(fine.substeps) };
+        finer = Some(fine);
     }
-    Integration { steps_a_sample: substeps, error_over_noise: error }
+    found.map_or(last, |(found, _)| found)
+}
+
+/// Runs in some steps.
+struct Tried {
+    substeps: Substeps,
+    series: Vec<Series>,
+    /// How many they were.
+    steps: usize,
+}
+
+/// What steps are tried on.
+struct Trial<'d, R> {
+    dataset: &'d Dataset,
+    tolerance: f64,
+    runs: R,
+}
+
+impl<R: Fn(Substeps, Beginning) -> Option<Runs>> Trial<'_, R> {
+    fn run(&self, substeps: Substeps, beginning: Beginning) -> Option<Tried> {
+        let (series, steps) = (self.runs)(substeps, beginning)?;
+        Some(Tried { substeps, series, steps })
+    }
+
+    /// Steps with their error, as finer ones show it.
+    fn measured(&self, coarse: &Tried, fine: &Tried) -> Integration {
+        let most = |errors: &[f64]| errors.iter().copied().fold(0.0, f64::max);
+        let errors = self.apart(&coarse.series, &fine.series);
+        let mut error = most(&errors);
+        if error >= self.tolerance && error.is_finite() {
+            let pairs = self.grown(coarse).into_iter().zip(self.grown(fine));
+            let own = pairs.map(|(before, after)| grown_alike(before, after));
+            error = most(&errors.iter().zip(own).map(|(e, own)| e / own).collect::<Vec<_>>());
+        }
+        Integration { error_over_noise: error, ..Integration::in_steps(coarse.substeps) }
+    }
+
+    fn apart(&self, a: &[Series], b: &[Series]) -> Vec<f64> {
+        a.iter().zip(b).map(|(a, b)| weighted_distance(self.dataset, a, b)).collect()
+    }
+
+    /// What is made of an error of the beginning, stretch by stretch.
+    fn grown(&self, tried: &Tried) -> Vec<f64> {
+        let moved = self.run(tried.substeps, Beginning::Moved(self.tolerance));
+        let apart = moved.map(|moved| self.apart(&tried.series, &moved.series));
+        apart.unwrap_or_default().into_iter().map(|d| d / self.tolerance).collect()
+    }
+}
+
+/// By how much the machine itself makes more of an error, of what two runs in other steps made of it.
+fn grown_alike(before: f64, after: f64) -> f64 {
+    /// By what factor they may differ and be the same.
+    const SAME: f64 = 2.0;
+    let alike = before < SAME * after && after < SAME * before;
+    if alike { before.min(after).max(1.0) } else { 1.0 }
 }
 
 /// Largest difference of two sets of series in units of the noise, or of a thousandth of

@@ -73,7 +73,7 @@ fn innovations_have_the_likelihood_of_the_whole_recording() {
     let run = |commands: &[f64]| -> Vec<f64> {
         let system = System::new(&model);
         let times = &observed.times;
-        let motion = rk4_sampled(&system, start, times, commands, model.hold, free.substeps);
+        let motion = rk4_sampled(&system, start, times, commands, model.hold, free.substeps.count);
         let motion = motion.expect("it does not diverge");
         (0..n).map(|k| motion.state(k)[0] * problem.weights[0]).collect()
     };

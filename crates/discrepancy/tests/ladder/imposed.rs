@@ -8,7 +8,7 @@ use lacuna_discrepancy::missing_force::{Belief, MissingForce};
 use lacuna_discrepancy::{Dataset, DiagnoseError};
 use lacuna_excitation::{add_gaussian_noise, rng};
 use lacuna_plants::model::{Measured, Observation};
-use lacuna_plants::{Model, System};
+use lacuna_plants::{Model, Substeps, System};
 use lacuna_recordings::{Column, Recording};
 use rand::RngExt;
 use std::f64::consts::TAU;
@@ -130,7 +130,7 @@ fn record(truth: &Model, seed: u64, run: u64, samples: usize) -> Recording {
         values.iter_mut().zip(&y).for_each(|(series, y)| series.push(*y));
         if k + 1 < samples {
             let span = (time[k], time[k + 1]);
-            system.advance(&mut workspace, span, inputs.step(k), 16, &mut state);
+            system.advance(&mut workspace, span, inputs.step(k), Substeps::even(16), &mut state);
         }
     }
     let mut noise = rng(seed, 1000 + run);
@@ -292,7 +292,7 @@ fn derivatives_of_the_force_along_a_recording_agree_with_differences() {
             windows: &fit.windowed.windows[0],
             starts: &fit.windowed.starts[0],
             filters: &[],
-            substeps: 4,
+            substeps: Substeps::even(4),
         }
         .linearise(1)
         .expect("it does not diverge")

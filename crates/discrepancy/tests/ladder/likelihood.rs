@@ -165,7 +165,7 @@ fn what_is_stiff_is_foretold_in_finer_steps() {
         base.foretold(h, &vec![true; windows])
     };
     // Runge-Kutta of fourth order is stable up to 2.78 over a step.
-    let limit = 2.78 * base.substeps as f64 / bench.step * model.values()[0];
+    let limit = 2.78 * base.substeps.count as f64 / bench.step * model.values()[0];
     let found = foretold(4.0 * limit).expect("finer steps follow it");
     assert!(found.iter().flatten().all(|r| r.is_finite()));
     assert!(matches!(foretold(4000.0 * limit), Err(FitError::Diverged(_))));

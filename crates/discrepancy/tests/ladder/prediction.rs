@@ -97,6 +97,24 @@ fn the_beginning_of_a_machine_that_runs_away_is_found() {
     }
 }
 
+/// A light slider in dry friction needs short steps where it turns, and there alone; a pendulum needs none.
+#[test]
+fn steps_are_cut_where_friction_turns() {
+    let text = "name = \"slider\"\n[[coordinate]]\nname = \"q\"\nvelocity = \"v\"\nunit = \"m\"\n\
+        [[input]]\nname = \"u\"\n[recordings]\ninput_hold = \"zero-order\"\n\
+        [mechanics]\nmass = [[\"0.01\"]]\nforce = [\"u - 0.02 * tanh(v / 0.0004) - 3 * q - 0.2 * v\"]\n";
+    let model = Model::from_text(text, "model.toml").expect("a model");
+    let bench = Bench { text, samples: 1200, step: 0.005, amplitude: (0.5, 1.0), ..ON_PENDULUM };
+    let dataset = Dataset::new(&model, &bench.record(&model, 45, 1)).expect("a dataset");
+    let found = Predictor::new(&model, &dataset).integration();
+    assert!(found.cut_where_slopes_jump && found.steps_a_sample <= 2, "{found:?}");
+    assert!(found.error_over_noise < 0.01, "{found:?}");
+    let model = ON_PENDULUM.model();
+    let dataset = Dataset::new(&model, &ON_PENDULUM.record(&model, 45, 1)).expect("a dataset");
+    let found = Predictor::new(&model, &dataset).integration();
+    assert!(!found.cut_where_slopes_jump && found.steps_a_sample == 1, "{found:?}");
+}
+
 #[test]
 fn missing_samples_do_not_count_and_do_not_hurt() {
     let bench = ON_PENDULUM;

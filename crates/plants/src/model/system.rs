@@ -7,6 +7,7 @@ use super::{Model, ModelEffect};
 use crate::Plant;
 use crate::dynamics::{Bound, BoundDynamics, Implicit, Room, Sizes};
 use crate::input::{MOTION, StepInput};
+use crate::substeps::{Cuts, Substeps, jumps};
 use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
 use lacuna_numbers::{Dual, LANES, Number, copy};
 
@@ -236,6 +237,7 @@ impl<T: Number> System<T> {
                 }
                 None => Shared::default(),
             },
+            steps: 0,
         }
     }
 
@@ -251,17 +253,26 @@ impl<T: Number> System<T> {
         self.forces.iter().any(Force::is_inertial)
     }
 
-    /// Advance the state from `times.0` to `times.1` by `substeps` RK4 steps.
+    /// Advance the state from `times.0` to `times.1` by RK4 steps.
     pub fn advance(
         &self,
         w: &mut Workspace<T>,
         times: (f64, f64),
         inputs: StepInput<T>,
-        substeps: usize,
+        substeps: Substeps,
         state: &mut [T],
     ) {
         let alone = Strand { system: self, workspace: w, inputs, state };
         advance_together(&mut [alone], times, substeps);
+    }
+
+    /// Whether anything but a position, whose slope never jumps, has slopes that jump within the step, or derivatives
+    /// whose slopes do: what rests in stiff friction has slopes of 0 whatever the step, and its derivatives must not
+    /// run away there.
+    #[inline(always)]
+    pub(super) fn jumps(&self, w: &Workspace<T>) -> bool {
+        let entries = self.sizes.coordinates..self.width();
+        (0..T::PARTS).any(|part| jumps(entries.clone(), |i, k| w.slope[k][i].part(part)))
     }
 
     /// The slope of one RK4 stage: at `state` moved by a step along the slope before it.
@@ -362,7 +373,7 @@ impl<T: Number> System<T> {
 pub struct Step<'a, T: Number> {
     pub(super) strand: Strand<'a, T>,
     pub(super) times: (f64, f64),
-    pub(super) substeps: usize,
+    pub(super) substeps: Substeps,
 }
 
 impl<T: Number> Step<'_, T> {
@@ -387,20 +398,34 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> pulp::WithSimd for Along<'_, T, B>
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
         let Self { step: Step { strand, times, substeps }, bound } = self;
         let Strand { system, workspace: w, inputs, state } = strand;
-        let h = (times.1 - times.0) / substeps as f64;
-        for s in 0..substeps {
-            let t = times.0 + s as f64 * h;
-            // In a loop: four copies of a stage are more code than is read ahead.
-            for (k, (half, step)) in
-                [(0, 0.0), (1, 0.5 * h), (1, 0.5 * h), (2, h)].into_iter().enumerate()
-            {
-                let part = (2 * s + half, 2 * substeps);
-                system.stage(bound, w, k, (t + step, part), inputs, (state, step));
+        let whole = (times.1 - times.0) / substeps.count as f64;
+        for s in 0..substeps.count {
+            let mut cuts = Cuts::of(substeps);
+            while cuts.is_left() {
+                let (t, h) = cuts.span(times.0 + s as f64 * whole, whole);
+                // In a loop: four copies of a stage are more code than is read ahead.
+                for (k, (half, step)) in stages(h).into_iter().enumerate() {
+                    let part = cuts.share(s, half, substeps);
+                    system.stage(bound, w, k, (t + step, part), inputs, (state, step));
+                }
+                w.steps += 1;
+                if cuts.is_long() && system.jumps(w) {
+                    cuts.cut();
+                    continue;
+                }
+                w.complete(h, state);
+                system.impose(&w.input, state);
+                cuts.next();
             }
-            w.complete(h, state);
-            system.impose(&w.input, state);
         }
     }
+}
+
+/// The stages of a Runge-Kutta step of `h`: at its beginning, its middle or its end (0, 1, 2), by how much the state
+/// is moved along the slope before it.
+#[inline(always)]
+pub(super) fn stages(h: f64) -> [(usize, f64); 4] {
+    [(0, 0.0), (1, 0.5 * h), (1, 0.5 * h), (2, h)]
 }
 
 /// Room for [`System::advance`].
@@ -413,9 +438,16 @@ pub struct Workspace<T> {
     pub(super) stage: Vec<T>,
     pub(super) input: Vec<T>,
     pub(super) shared: Shared,
+    pub(super) steps: usize,
 }
 
 impl<T: Number> Workspace<T> {
+    /// How many Runge-Kutta steps were made in it, those that were cut among them.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+
     /// Complete a step of Runge-Kutta from its four slopes.
     #[inline(always)]
     pub(super) fn complete(&self, h: f64, state: &mut [T]) {

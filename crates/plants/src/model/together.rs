@@ -1,9 +1,10 @@
 //! Systems of the same values, stepped side by side: each carries derivatives in directions of its own.
 
 use super::mass::{factor, solve_factored};
-use super::system::{Step, System, Workspace};
+use super::system::{Step, System, Workspace, stages};
 use crate::dynamics::{Implicit, ImplicitRoom};
 use crate::input::StepInput;
+use crate::substeps::{Cuts, Substeps};
 use lacuna_numbers::{Number, copy};
 
 /// One of several systems that are stepped side by side.
@@ -19,12 +20,12 @@ pub struct Strand<'a, T: Number> {
 }
 
 /// Advance the states of systems that differ in nothing but the directions that they carry, from `times.0` to
-/// `times.1` by `substeps` RK4 steps. What does not depend on the directions is computed once where the
+/// `times.1` by RK4 steps. What does not depend on the directions is computed once where the
 /// dynamics know how ([`Implicit`]).
 pub fn advance_together<T: Number>(
     strands: &mut [Strand<'_, T>],
     times: (f64, f64),
-    substeps: usize,
+    substeps: Substeps,
 ) {
     let Some(first) = strands.first() else { return };
     match first.system.implicit() {
@@ -87,7 +88,7 @@ impl Shared {
 struct Together<'s, 'a, T: Number> {
     strands: &'s mut [Strand<'a, T>],
     times: (f64, f64),
-    substeps: usize,
+    substeps: Substeps,
 }
 
 impl<T: Number> pulp::WithSimd for Together<'_, '_, T> {
@@ -97,20 +98,27 @@ impl<T: Number> pulp::WithSimd for Together<'_, '_, T> {
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
         let Self { strands, times, substeps } = self;
         let mut shared = std::mem::take(&mut strands[0].workspace.shared);
-        let h = (times.1 - times.0) / substeps as f64;
-        for s in 0..substeps {
-            let t = times.0 + s as f64 * h;
-            for (k, (half, step)) in
-                [(0, 0.0), (1, 0.5 * h), (1, 0.5 * h), (2, h)].into_iter().enumerate()
-            {
-                let part = (2 * s + half, 2 * substeps);
-                for Strand { system, workspace, inputs, state } in &mut *strands {
-                    system.begin_stage(workspace, k, (t + step, part), *inputs, (state, step));
+        let whole = (times.1 - times.0) / substeps.count as f64;
+        for s in 0..substeps.count {
+            let mut cuts = Cuts::of(substeps);
+            while cuts.is_left() {
+                let (t, h) = cuts.span(times.0 + s as f64 * whole, whole);
+                for (k, (half, step)) in stages(h).into_iter().enumerate() {
+                    let part = cuts.share(s, half, substeps);
+                    for Strand { system, workspace, inputs, state } in &mut *strands {
+                        system.begin_stage(workspace, k, (t + step, part), *inputs, (state, step));
+                    }
+                    stage(strands, &mut shared, k, t + step);
                 }
-                stage(strands, &mut shared, k, t + step);
-            }
-            for Strand { workspace, state, .. } in &mut *strands {
-                workspace.complete(h, state);
+                strands[0].workspace.steps += 1;
+                if cuts.is_long() && strands.iter().any(|s| s.system.jumps(s.workspace)) {
+                    cuts.cut();
+                    continue;
+                }
+                for Strand { workspace, state, .. } in &mut *strands {
+                    workspace.complete(h, state);
+                }
+                cuts.next();
             }
         }
         strands[0].workspace.shared = shared;

@@ -125,7 +125,11 @@ pub fn missing() -> Diagnosis {
             rung("unexplained", 0.022),
         ],
         driving: Driving::default(),
-        integration: Integration { steps_a_sample: 1, error_over_noise: 0.002 },
+        integration: Integration {
+            steps_a_sample: 1,
+            cut_where_slopes_jump: false,
+            error_over_noise: 0.002,
+        },
         data: DataUsed {
             training: vec!["pulses.csv".into()],
             held_out: vec!["trajectory.csv".into()],

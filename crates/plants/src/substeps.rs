@@ -1,0 +1,166 @@
+//! How the way from one sample to the next is integrated: equal steps of Runge-Kutta, which may be cut where a
+//! slope jumps.
+//!
+//! Friction, stops and switches are smooth but for a few samples: where a joint turns, its acceleration changes
+//! within a thousandth of a second, and steps short enough for that are too many everywhere else. The four slopes
+//! `k_1 .. k_4` of a step of order four tell where: of a smooth motion
+//!
+//! ```text
+//! |k_1 - k_2 - k_3 + k_4| + |k_3 - k_2| = O(h^2)
+//! ```
+//!
+//! (the second difference of the slope over the step, and what half a step along another slope changes), while at a
+//! kink it is as large as the slopes, and of a rate `lambda` it is `(h lambda)^2 / 2` of them. Derivatives are looked
+//! at as values are: what rests in stiff friction has slopes of 0 in any steps, and its derivatives run away in long
+//! ones.
+
+/// Runge-Kutta steps from one sample to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Substeps {
+    /// Steps of equal length.
+    pub count: usize,
+    /// Whether each is cut in four, and these once more and again, where its slopes jump.
+    pub cut: bool,
+}
+
+impl Substeps {
+    /// So many steps of equal length.
+    #[must_use]
+    pub const fn even(count: usize) -> Self {
+        Self { count, cut: false }
+    }
+
+    /// So many steps that are cut where their slopes jump.
+    #[must_use]
+    pub const fn cut(count: usize) -> Self {
+        Self { count, cut: true }
+    }
+}
+
+/// Largest jump of the slopes of a step that is not cut, as a share of the slopes: rates up to `0.45 / h` are
+/// resolved, of which a step of order four errs by a ten-thousandth.
+const JUMP: f64 = 0.1;
+/// Slopes that are this much smaller than the largest are the rounding of others.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether slopes jump within a step: `slope(i, k)` is the `k`-th of entry `i`.
+#[inline(always)]
+pub(crate) fn jumps(
+    mut entries: std::ops::Range<usize>,
+    slope: impl Fn(usize, usize) -> f64 + Copy,
+) -> bool {
+    let of = |i: usize| [0, 1, 2, 3].map(|k| slope(i, k));
+    let size = |k: [f64; 4]| k.into_iter().fold(0.0f64, |most, k| most.max(k.abs()));
+    let most = entries.clone().map(|i| size(of(i))).fold(0.0, f64::max);
+    let jumps = |i: usize| {
+        let (k, size) = (of(i), size(of(i)));
+        let jump = (k[0] - k[1] - k[2] + k[3]).abs() + (k[2] - k[1]).abs();
+        jump > JUMP * size && size > ROUNDING * most
+    };
+    most.is_finite() && entries.any(jumps)
+}
+
+/// Where the integration of a step is that may be cut: in whole parts of the shortest that there are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cuts {
+    /// The part that comes next.
+    pub at: usize,
+    /// How many parts it is long.
+    pub length: usize,
+    shortest: usize,
+}
+
+impl Cuts {
+    /// Into how many a part is cut.
+    const PIECES: usize = 4;
+    /// The shortest parts of a step.
+    pub const PARTS: usize = 64;
+
+    #[inline(always)]
+    pub fn of(substeps: Substeps) -> Self {
+        let shortest = if substeps.cut { 1 } else { Self::PARTS };
+        Self { at: 0, length: Self::PARTS, shortest }
+    }
+
+    /// Whether some of the step is left.
+    #[inline(always)]
+    pub fn is_left(&self) -> bool {
+        self.at < Self::PARTS
+    }
+
+    /// Whether this part may be cut.
+    #[inline(always)]
+    pub fn is_long(&self) -> bool {
+        self.length > self.shortest
+    }
+
+    /// Go on with the first piece of this part.
+    #[inline(always)]
+    pub fn cut(&mut self) {
+        self.length /= Self::PIECES;
+    }
+
+    /// Go on behind this part: what was cut is behind where its last piece is.
+    #[inline(always)]
+    pub fn next(&mut self) {
+        self.at += self.length;
+        while self.length < Self::PARTS && self.at.is_multiple_of(Self::PIECES * self.length) {
+            self.length *= Self::PIECES;
+        }
+    }
+
+    /// When this part begins and how long it is, of a step that begins at `t` and is `h` long.
+    #[inline(always)]
+    pub fn span(&self, t: f64, h: f64) -> (f64, f64) {
+        let share = |parts: usize| parts as f64 / Self::PARTS as f64;
+        (t + share(self.at) * h, share(self.length) * h)
+    }
+
+    /// Where the beginning, the middle or the end (0, 1, 2) of this part is, of the `s`-th of so many steps, as a
+    /// share of them all: so many of so many.
+    #[inline(always)]
+    pub fn share(&self, s: usize, half: usize, substeps: Substeps) -> (usize, usize) {
+        let part = 2 * (s * Self::PARTS + self.at) + half * self.length;
+        (part, 2 * substeps.count * Self::PARTS)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cuts, Substeps, jumps};
+
+    /// Every piece is gone through once, and what is behind a cut part is whole again.
+    #[test]
+    fn pieces_follow_one_another() {
+        let mut cuts = Cuts::of(Substeps::cut(1));
+        cuts.cut();
+        let mut through = vec![];
+        while cuts.is_left() {
+            if cuts.is_long() && cuts.at == 16 {
+                cuts.cut();
+                continue;
+            }
+            through.push((cuts.at, cuts.length));
+            cuts.next();
+        }
+        let pieces = [(0, 16), (16, 1), (17, 1), (18, 1), (19, 1), (20, 4), (24, 4), (28, 4)];
+        assert_eq!(through, [&pieces[..], &[(32, 16), (48, 16)]].concat());
+        assert!(!Cuts::of(Substeps::even(3)).is_long());
+    }
+
+    #[test]
+    fn kinks_jump_and_smooth_slopes_do_not() {
+        let along = |slope: fn(f64) -> f64| {
+            let at = [0.0, 0.5, 0.5, 1.0].map(slope);
+            jumps(0..1, |_, k| at[k])
+        };
+        assert!(!along(|t| (0.4 * t).sin()) && !along(|_| 0.0) && !along(|t| 1.0 - 0.3 * t));
+        assert!(along(|t| if t < 0.7 { 1.0 } else { -1.0 }));
+        assert!(along(|t| if t > 0.0 { 1.0 } else { 0.5 }));
+        // What rounding leaves of entries that do not move, and what is no number.
+        let rows = [[1.0; 4], [1e-17, -1e-17, 1e-17, 0.0]];
+        assert!(!jumps(0..2, |i, k| rows[i][k]));
+        assert!(jumps(1..2, |i, k| rows[i][k]));
+        assert!(!jumps(0..1, |_, _| f64::NAN));
+    }
+}
