@@ -118,36 +118,33 @@ pub(super) fn fewest(
     runs: impl Fn(Substeps, Beginning) -> Option<Runs>,
 ) -> Integration {
     let trial = Trial { dataset, tolerance, runs };
-    let run = |substeps| trial.run(substeps, Beginning::Measured);
     let mut found: Option<(Integration, usize)> = None;
     let mut last = Integration::in_steps(Substeps::even(most));
-    let mut finer: Option<Tried> = None;
+    // The finer of a round are the coarser of the next.
+    let (mut even, mut cut) = (trial.run(Substeps::even(1)), None);
     for count in (0..).map(|k| 1 << k).take_while(|count| *count < most) {
-        // The finer of a round are those of the next.
-        let (even, cut) = match finer.take() {
-            Some(tried) if !tried.substeps.cut => (Some(tried), None),
-            cut => (run(Substeps::even(count)), cut),
-        };
-        let Some(even) = even else { break };
+        let Some(coarse) = even.take() else { break };
         // More steps of equal length than those that were found are no cheaper.
-        if found.is_some_and(|(_, steps)| steps <= even.steps) {
+        if found.is_some_and(|(_, steps)| steps <= coarse.steps) {
             break;
         }
-        let fine = run(Substeps::cut(2 * count)).or_else(|| run(Substeps::even(2 * count)));
-        let Some(fine) = fine else { break };
-        let mut best = (trial.measured(&even, &fine), even.steps);
+        even = trial.run(Substeps::even(2 * count));
+        let Some(fine) = &even else { break };
+        let mut best = (trial.measured(&coarse, fine), coarse.steps);
         if best.0.error_over_noise >= tolerance
             && found.is_none()
-            && let Some(cut) = cut.or_else(|| run(Substeps::cut(count)))
+            && let Some(coarse) = cut.take().or_else(|| trial.run(Substeps::cut(count)))
+            && let Some(fine) = trial.run(Substeps::cut(2 * count))
         {
-            best = (trial.measured(&cut, &fine), cut.steps);
+            best = (trial.measured(&coarse, &fine), coarse.steps);
+            cut = Some(fine);
         }
         let error = best.0.error_over_noise;
         if error < tolerance && found.is_none_or(|(_, steps)| best.1 < steps) {
             found = Some(best);
         }
-        last = Integration { error_over_noise: error, ..Integration::in_steps(fine.substeps) };
-        finer = Some(fine);
+        let finest = cut.as_ref().map_or(fine.substeps, |cut| cut.substeps);
+        last = Integration { error_over_noise: error, ..Integration::in_steps(finest) };
     }
     found.map_or(last, |(found, _)| found)
 }
@@ -168,8 +165,8 @@ struct Trial<'d, R> {
 }
 
 impl<R: Fn(Substeps, Beginning) -> Option<Runs>> Trial<'_, R> {
-    fn run(&self, substeps: Substeps, beginning: Beginning) -> Option<Tried> {
-        let (series, steps) = (self.runs)(substeps, beginning)?;
+    fn run(&self, substeps: Substeps) -> Option<Tried> {
+        let (series, steps) = (self.runs)(substeps, Beginning::Measured)?;
         Some(Tried { substeps, series, steps })
     }
 
@@ -192,8 +189,8 @@ impl<R: Fn(Substeps, Beginning) -> Option<Runs>> Trial<'_, R> {
 
     /// What is made of an error of the beginning, stretch by stretch.
     fn grown(&self, tried: &Tried) -> Vec<f64> {
-        let moved = self.run(tried.substeps, Beginning::Moved(self.tolerance));
-        let apart = moved.map(|moved| self.apart(&tried.series, &moved.series));
+        let moved = (self.runs)(tried.substeps, Beginning::Moved(self.tolerance));
+        let apart = moved.map(|(moved, _)| self.apart(&tried.series, &moved));
         apart.unwrap_or_default().into_iter().map(|d| d / self.tolerance).collect()
     }
 }
