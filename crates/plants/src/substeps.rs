@@ -39,13 +39,17 @@ impl Substeps {
 
 /// Largest jump of the slopes of a step that is not cut, as a share of the slopes: rates up to `0.45 / h` are
 /// resolved, of which a step of order four errs by a ten-thousandth.
-const JUMP: f64 = 0.1;
+pub(crate) const JUMP: f64 = 0.1;
+/// The same of derivatives, which need but be kept from running away: rates up to `1.6 / h`, and steps of order four
+/// are stable up to `2.78 / h`.
+pub(crate) const JUMP_OF_DERIVATIVES: f64 = 1.0;
 /// Slopes that are this much smaller than the largest are the rounding of others.
 const ROUNDING: f64 = 1e-9;
 
-/// Whether slopes jump within a step: `slope(i, k)` is the `k`-th of entry `i`.
+/// Whether slopes jump by more than a share of them within a step: `slope(i, k)` is the `k`-th of entry `i`.
 #[inline(always)]
 pub(crate) fn jumps(
+    share: f64,
     mut entries: std::ops::Range<usize>,
     slope: impl Fn(usize, usize) -> f64 + Copy,
 ) -> bool {
@@ -55,7 +59,7 @@ pub(crate) fn jumps(
     let jumps = |i: usize| {
         let (k, size) = (of(i), size(of(i)));
         let jump = (k[0] - k[1] - k[2] + k[3]).abs() + (k[2] - k[1]).abs();
-        jump > JUMP * size && size > ROUNDING * most
+        jump > share * size && size > ROUNDING * most
     };
     most.is_finite() && entries.any(jumps)
 }
@@ -127,7 +131,7 @@ impl Cuts {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cuts, Substeps, jumps};
+    use super::{Cuts, JUMP, Substeps, jumps};
 
     /// Every piece is gone through once, and what is behind a cut part is whole again.
     #[test]
@@ -152,15 +156,15 @@ mod tests {
     fn kinks_jump_and_smooth_slopes_do_not() {
         let along = |slope: fn(f64) -> f64| {
             let at = [0.0, 0.5, 0.5, 1.0].map(slope);
-            jumps(0..1, |_, k| at[k])
+            jumps(JUMP, 0..1, |_, k| at[k])
         };
         assert!(!along(|t| (0.4 * t).sin()) && !along(|_| 0.0) && !along(|t| 1.0 - 0.3 * t));
         assert!(along(|t| if t < 0.7 { 1.0 } else { -1.0 }));
         assert!(along(|t| if t > 0.0 { 1.0 } else { 0.5 }));
         // What rounding leaves of entries that do not move, and what is no number.
         let rows = [[1.0; 4], [1e-17, -1e-17, 1e-17, 0.0]];
-        assert!(!jumps(0..2, |i, k| rows[i][k]));
-        assert!(jumps(1..2, |i, k| rows[i][k]));
-        assert!(!jumps(0..1, |_, _| f64::NAN));
+        assert!(!jumps(JUMP, 0..2, |i, k| rows[i][k]));
+        assert!(jumps(JUMP, 1..2, |i, k| rows[i][k]));
+        assert!(!jumps(JUMP, 0..1, |_, _| f64::NAN));
     }
 }

@@ -7,7 +7,7 @@ use super::{Model, ModelEffect};
 use crate::Plant;
 use crate::dynamics::{Bound, BoundDynamics, Implicit, Room, Sizes};
 use crate::input::{MOTION, StepInput};
-use crate::substeps::{Cuts, Substeps, jumps};
+use crate::substeps::{Cuts, JUMP, JUMP_OF_DERIVATIVES, Substeps, jumps};
 use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
 use lacuna_numbers::{Dual, LANES, Number, copy};
 
@@ -272,7 +272,10 @@ impl<T: Number> System<T> {
     #[inline(always)]
     pub(super) fn jumps(&self, w: &Workspace<T>) -> bool {
         let entries = self.sizes.coordinates..self.width();
-        (0..T::PARTS).any(|part| jumps(entries.clone(), |i, k| w.slope[k][i].part(part)))
+        (0..T::PARTS).any(|part| {
+            let share = if part == 0 { JUMP } else { JUMP_OF_DERIVATIVES };
+            jumps(share, entries.clone(), |i, k| w.slope[k][i].part(part))
+        })
     }
 
     /// The slope of one RK4 stage: at `state` moved by a step along the slope before it.
