@@ -43,10 +43,15 @@ impl<'p> Search<'p> {
         self.beginning_with(&still, &all)
     }
 
-    /// The search from a fit with these laws, beside what drives the machine if anything does.
+    /// The search from a fit with these laws, beside what drives the machine if anything does. A filter that follows a
+    /// sensor that is late can be as unstable as a controller that does: nothing is known of noise then, and there may
+    /// be none.
     fn beginning_with(&self, fit: &Fit<'p>, all: &[Obeyed]) -> Option<Searched<'p>> {
-        let Quieted { fit, gone } = self.or_tell(self.quieted(fit))?;
-        let path = Path { fit, named: self.named(all) };
+        let named = self.named(all);
+        let Some(Quieted { fit, gone }) = self.or_tell(self.quieted(fit)) else {
+            return self.exact(Path { fit: fit.clone(), named });
+        };
+        let path = Path { fit, named };
         if gone { self.exact(path) } else { self.beside_noise(path) }
     }
 
