@@ -4,7 +4,7 @@
 use experiments::cli::Common;
 use experiments::concealed::case::{Case, plans};
 use experiments::concealed::files::Folders;
-use experiments::concealed::regression::{FILE, Rates, rates};
+use experiments::concealed::regression::{FEW, Few, Rates, rates};
 use experiments::concealed::sealed::Group;
 use experiments::concealed::tool::Tool;
 use experiments::concealed::{NAME, Results, Settings, run};
@@ -67,14 +67,13 @@ fn two_cases_from_end_to_end() {
     }
 }
 
-/// Names, false findings, verdicts and errors over the noise of 24 cases, against the committed ones.
-#[test]
-fn the_rates_are_no_worse_than_those_committed() {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../results/{NAME}/{FILE}.json"));
+/// Names, false findings, verdicts and errors over the noise of a few cases, against the committed ones.
+fn are_no_worse_than_those_committed(few: &Few) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let path = path.join(format!("../../results/{NAME}/{}.json", few.file));
     let committed: Rates = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let found = rates(Some(lacuna()), cores, true).unwrap();
+    let found = rates(few, Some(lacuna()), cores, true).unwrap();
     assert_eq!(
         (found.seed, found.cases, found.effects, found.null_cases),
         (committed.seed, committed.cases, committed.effects, committed.null_cases),
@@ -83,4 +82,14 @@ fn the_rates_are_no_worse_than_those_committed() {
     );
     let worse = found.worse_than(&committed);
     assert!(worse.is_empty(), "{}\n{found:?}", worse.join("\n"));
+}
+
+#[test]
+fn the_rates_of_machines_are_no_worse() {
+    are_no_worse_than_those_committed(&FEW[0]);
+}
+
+#[test]
+fn the_rates_of_robots_are_no_worse() {
+    are_no_worse_than_those_committed(&FEW[1]);
 }

@@ -110,8 +110,8 @@ enum Study {
         /// Keep the files of all cases, those under seal too, in this directory.
         #[arg(long, value_name = "DIR")]
         keep: Option<PathBuf>,
-        /// Make DIR/concealed-physics/regression.json again, which tests hold each change against: 24 cases from a
-        /// seed of their own.
+        /// Make DIR/concealed-physics/regression*.json again, which tests hold each change against: 24 cases from a
+        /// seed of their own, and nine robots.
         #[arg(long, conflicts_with_all = ["cases", "group", "seed", "seeds", "timeout", "keep"])]
         regression: bool,
         #[command(flatten)]
@@ -277,7 +277,7 @@ pub fn run() -> ExitCode {
             manipulator_realtime::run(evaluator, &common)
         }
         Study::ConcealedPhysics { regression: true, jobs, lacuna, common, .. } => {
-            concealed::regression::run(lacuna, jobs as usize, &common)
+            concealed::regression::run(lacuna.as_ref(), jobs as usize, &common)
         }
         Study::ConcealedPhysics {
             cases,

@@ -44,16 +44,16 @@ impl<'a> IdentifiedPredictor<'a> {
             substeps::stretches(dataset).into_iter().map(driving).collect();
         let driving = driving?;
         let limits = (substeps::TOLERANCE, substeps::MOST);
-        let needed = substeps::fewest(dataset, limits, |steps, beginning| {
-            // Learned motion is smooth.
-            let even = !steps.cut;
-            even.then(|| {
-                substeps::along(&driving, |driving, range| {
-                    let mut start = driving.guess(range.start);
-                    beginning.move_state(dataset, &mut start);
-                    let run = driving.run_with(range.clone(), &start, steps.count);
-                    (run, steps.count * range.len())
-                })
+        let needed = substeps::fewest(dataset, limits, |steps, beginning, budget| {
+            // What is learned is smooth.
+            if steps.cut {
+                return None;
+            }
+            substeps::along(substeps::each(&driving), budget, |driving, range, _| {
+                let mut start = driving.guess(range.start);
+                beginning.move_state(dataset, &mut start);
+                let run = driving.run_with(range.clone(), &start, steps.count);
+                (run, steps.count * range.len())
             })
         });
         drop(driving);

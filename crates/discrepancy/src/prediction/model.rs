@@ -85,12 +85,12 @@ impl<'a> Predictor<'a> {
         if driven.is_empty() {
             return self.integration;
         }
-        substeps::fewest(self.dataset, (tolerance, most), |steps, beginning| {
-            Some(substeps::along(&driven, |driven, range| {
+        substeps::fewest(self.dataset, (tolerance, most), |steps, beginning, budget| {
+            substeps::along(substeps::each(&driven), budget, |driven, range, budget| {
                 let mut state = self.guess(driven.observed, range.start);
                 self.move_state(beginning, &mut state);
-                self.run_counted(&self.plain, driven, (range, steps), &mut state)
-            }))
+                self.run_within(budget, &self.plain, driven, (range, steps), &mut state)
+            })
         })
     }
 
@@ -104,13 +104,13 @@ impl<'a> Predictor<'a> {
         let Some(observed) = self.dataset.recordings.first() else { return self.integration };
         let driven = self.drive(observed);
         let places = self.telling(motion);
-        substeps::fewest(self.dataset, (tolerance, most), |steps, beginning| {
-            let run = |&k: &usize| {
-                let mut state = self.plain.system.at_rest(motion.state(k));
+        substeps::fewest(self.dataset, (tolerance, most), |steps, beginning, budget| {
+            let steps_from = places.iter().map(|&k| (&driven, k..k + 2));
+            substeps::along(steps_from, budget, |driven, range, budget| {
+                let mut state = self.plain.system.at_rest(motion.state(range.start));
                 self.move_state(beginning, &mut state);
-                self.run_counted(&self.plain, &driven, (k..k + 2, steps), &mut state)
-            };
-            Some(substeps::gathered(places.iter().map(run)))
+                self.run_within(budget, &self.plain, driven, (range, steps), &mut state)
+            })
         })
     }
 
@@ -172,12 +172,13 @@ impl<'a> Predictor<'a> {
         steps: (Range<usize>, Substeps),
         state: &mut [T],
     ) -> Vec<Vec<T>> {
-        self.run_counted(model, driven, steps, state).0
+        self.run_within(usize::MAX, model, driven, steps, state).0
     }
 
-    /// The same, and how many steps they were.
-    fn run_counted<T: Number>(
+    /// The same as far as so many Runge-Kutta steps in all go, and how many they were.
+    fn run_within<T: Number>(
         &self,
+        budget: usize,
         model: &InNumbers<T>,
         driven: &Driven,
         (range, substeps): (Range<usize>, Substeps),
@@ -200,7 +201,7 @@ impl<'a> Predictor<'a> {
             model.system.impose(&u, state);
             self.observation.evaluate(&model.system, times[at], state, &u, &mut y);
             outputs.iter_mut().zip(&y).for_each(|(series, y)| series[at] = *y);
-            if at + 1 == times.len() {
+            if at + 1 == times.len() || workspace.steps() > budget {
                 break;
             }
             let (span, input) = ((times[at], times[at + 1]), inputs.step_in(at));

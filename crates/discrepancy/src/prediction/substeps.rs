@@ -63,25 +63,33 @@ fn steepest(dataset: &Dataset) -> Option<(usize, usize)> {
 /// Runs along all stretches, and how many Runge-Kutta steps they took.
 pub(super) type Runs = (Vec<Series>, usize);
 
-/// Runs along the stretches of each recording, of what is driven as that is.
-pub(super) fn along<D>(
-    driven: &[(D, Vec<Range<usize>>)],
-    run: impl Fn(&D, Range<usize>) -> (Series, usize),
-) -> Runs {
-    let of = |(driven, ranges): &(D, Vec<Range<usize>>)| -> Vec<(Series, usize)> {
-        ranges.iter().map(|range| run(driven, range.clone())).collect()
-    };
-    gathered(driven.iter().flat_map(of))
+/// Runs along the stretches of each recording, of what is driven as that is, each in at most so many steps; none
+/// where they take more together.
+pub(super) fn along<'d, D>(
+    driven: impl IntoIterator<Item = (&'d D, Range<usize>)>,
+    budget: usize,
+    run: impl Fn(&D, Range<usize>, usize) -> (Series, usize),
+) -> Option<Runs>
+where
+    D: 'd,
+{
+    let (mut all, mut steps) = (vec![], 0);
+    for (driven, range) in driven {
+        let (series, of) = run(driven, range, budget - steps);
+        steps += of;
+        if steps > budget {
+            return None;
+        }
+        all.push(series);
+    }
+    Some((all, steps))
 }
 
-/// Runs, and how many steps they took together.
-pub(super) fn gathered(runs: impl Iterator<Item = (Series, usize)>) -> Runs {
-    let mut steps = 0;
-    let series = runs.map(|(series, of)| {
-        steps += of;
-        series
-    });
-    (series.collect(), steps)
+/// Stretches one by one.
+pub(super) fn each<D>(
+    driven: &[(D, Vec<Range<usize>>)],
+) -> impl Iterator<Item = (&D, Range<usize>)> {
+    driven.iter().flat_map(|(driven, ranges)| ranges.iter().map(move |r| (driven, r.clone())))
 }
 
 /// Where runs begin.
@@ -106,8 +114,8 @@ impl Beginning {
 }
 
 /// The cheapest RK4 steps a sample whose error over some stretches stays well below the noise: of equal length, or cut
-/// where slopes jump, twice as many of them until twice as many change little. `runs` are those of the stretches with
-/// such steps; none where they cannot be cut.
+/// where slopes jump, twice as many of them until twice as many change little. `runs` are those of the stretches in
+/// such steps; none where these cannot be cut, or are more than so many in all.
 ///
 /// What is unstable carries any error away, those of the beginning first of all: there steps are enough where they
 /// change the runs by no more than a beginning does that is off by as little as they are allowed. That this is the
@@ -115,29 +123,31 @@ impl Beginning {
 pub(super) fn fewest(
     dataset: &Dataset,
     (tolerance, most): (f64, usize),
-    runs: impl Fn(Substeps, Beginning) -> Option<Runs>,
+    runs: impl Fn(Substeps, Beginning, usize) -> Option<Runs>,
 ) -> Integration {
     let trial = Trial { dataset, tolerance, runs };
     let mut found: Option<(Integration, usize)> = None;
     let mut last = Integration::in_steps(Substeps::even(most));
     // The finer of a round are the coarser of the next.
-    let (mut even, mut cut) = (trial.run(Substeps::even(1)), None);
+    let (mut even, mut cut) = (trial.run(Substeps::even(1), usize::MAX), None);
+    // What is cut as often as this at one count is at every other, and rather runs in many even steps.
+    let mut budget = even.as_ref().map_or(0, |once| once.steps * most / 2);
     for count in (0..).map(|k| 1 << k).take_while(|count| *count < most) {
         let Some(coarse) = even.take() else { break };
         // More steps of equal length than those that were found are no cheaper.
         if found.is_some_and(|(_, steps)| steps <= coarse.steps) {
             break;
         }
-        even = trial.run(Substeps::even(2 * count));
+        even = trial.run(Substeps::even(2 * count), usize::MAX);
         let Some(fine) = &even else { break };
         let mut best = (trial.measured(&coarse, fine), coarse.steps);
-        if best.0.error_over_noise >= tolerance
-            && found.is_none()
-            && let Some(coarse) = cut.take().or_else(|| trial.run(Substeps::cut(count)))
-            && let Some(fine) = trial.run(Substeps::cut(2 * count))
-        {
-            best = (trial.measured(&coarse, &fine), coarse.steps);
-            cut = Some(fine);
+        if best.0.error_over_noise >= tolerance && found.is_none() && budget > 0 {
+            let coarse = cut.take().or_else(|| trial.run(Substeps::cut(count), budget));
+            cut = trial.run(Substeps::cut(2 * count), budget).filter(|_| coarse.is_some());
+            match coarse.zip(cut.as_ref()) {
+                Some((coarse, fine)) => best = (trial.measured(&coarse, fine), coarse.steps),
+                None => budget = 0,
+            }
         }
         let error = best.0.error_over_noise;
         if error < tolerance && found.is_none_or(|(_, steps)| best.1 < steps) {
@@ -164,9 +174,9 @@ struct Trial<'d, R> {
     runs: R,
 }
 
-impl<R: Fn(Substeps, Beginning) -> Option<Runs>> Trial<'_, R> {
-    fn run(&self, substeps: Substeps) -> Option<Tried> {
-        let (series, steps) = (self.runs)(substeps, Beginning::Measured)?;
+impl<R: Fn(Substeps, Beginning, usize) -> Option<Runs>> Trial<'_, R> {
+    fn run(&self, substeps: Substeps, budget: usize) -> Option<Tried> {
+        let (series, steps) = (self.runs)(substeps, Beginning::Measured, budget)?;
         Some(Tried { substeps, series, steps })
     }
 
@@ -189,7 +199,7 @@ impl<R: Fn(Substeps, Beginning) -> Option<Runs>> Trial<'_, R> {
 
     /// What is made of an error of the beginning, stretch by stretch.
     fn grown(&self, tried: &Tried) -> Vec<f64> {
-        let moved = (self.runs)(tried.substeps, Beginning::Moved(self.tolerance));
+        let moved = (self.runs)(tried.substeps, Beginning::Moved(self.tolerance), usize::MAX);
         let apart = moved.map(|(moved, _)| self.apart(&tried.series, &moved));
         apart.unwrap_or_default().into_iter().map(|d| d / self.tolerance).collect()
     }
