@@ -20,8 +20,7 @@ pub struct Few {
     group: Option<Group>,
 }
 
-/// Of machines described by equations, of all groups; no other run uses their seed. And robots, among them arms that
-/// stand up and run away, and a sensor so late that no filter follows it.
+/// Machines described by equations, of all groups, whose seed no other run uses; and robots.
 pub const FEW: [Few; 2] = [
     Few { file: "regression", cases: 24, seed: 11, group: None },
     Few { file: "regression-robots", cases: 9, seed: 202, group: Some(Group::Robots) },
