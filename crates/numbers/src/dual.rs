@@ -148,7 +148,6 @@ impl Linear for Dual {
 }
 
 impl Number for Dual {
-    const CARRIES: bool = true;
     const PARTS: usize = 1 + LANES;
 
     #[inline(always)]

@@ -46,7 +46,7 @@ pub trait Number:
     + Div<f64, Output = Self>
 {
     /// Whether numbers of this kind carry derivatives.
-    const CARRIES: bool;
+    const CARRIES: bool = Self::PARTS > 1;
     /// How many plain numbers it is made of.
     const PARTS: usize;
 
@@ -137,7 +137,6 @@ impl Linear for f64 {
 }
 
 impl Number for f64 {
-    const CARRIES: bool = false;
     const PARTS: usize = 1;
 
     #[inline(always)]

@@ -1,5 +1,6 @@
 //! Inputs as functions of time, and how sampled ones are held between samples.
 
+use crate::substeps::Place;
 use lacuna_numbers::{Linear, Number, copy};
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -74,7 +75,7 @@ impl Hold {
             let (here, next, h) = (row(k), row(k + 1), times[k + 1] - times[k]);
             let command = commands.step(at);
             for part in 0..=parts {
-                command.at((part, parts), &mut u);
+                command.at(Place::of(part, parts), &mut u);
                 rows.extend_from_slice(&u);
                 let share = part as f64 / parts as f64;
                 let ends =
@@ -205,28 +206,28 @@ pub enum StepInput<'a, T> {
 }
 
 impl<T: Number> StepInput<'_, T> {
-    /// At the `part.0`-th of `part.1` parts of the step.
+    /// At a place on the way; parts of it are as many as there are between the rows.
     #[inline(always)]
-    pub(crate) fn at(self, part: (usize, usize), u: &mut [T]) {
+    pub(crate) fn at(self, place: Place, u: &mut [T]) {
         match self {
             Self::Line(here, next) => {
-                let share = part.0 as f64 / part.1 as f64;
+                let share = place.share();
                 for (u, (a, b)) in u.iter_mut().zip(here.iter().zip(next)) {
                     T::by_itself();
                     *u = between_samples(*a, *b, share);
                 }
             }
             Self::PlainLine(here, next) => {
-                let share = part.0 as f64 / part.1 as f64;
+                let share = place.share();
                 for (u, (a, b)) in u.iter_mut().zip(here.iter().zip(next)) {
                     *u = T::constant(between_samples(*a, *b, share));
                 }
             }
-            Self::Stages(rows) => match Among::of(rows.len(), u.len(), part) {
+            Self::Stages(rows) => match Among::of(u.len(), place) {
                 Among::Row(from) => copy(&rows[from..from + u.len()], u),
                 Among::Three(from, weights) => weigh(&weights, &rows[from..], u),
             },
-            Self::PlainStages(rows) => match Among::of(rows.len(), u.len(), part) {
+            Self::PlainStages(rows) => match Among::of(u.len(), place) {
                 Among::Row(from) => constants(&rows[from..from + u.len()], u),
                 Among::Three(from, weights) => {
                     let rows = rows[from..from + 3 * u.len()].chunks_exact(u.len());
@@ -249,16 +250,15 @@ enum Among {
 }
 
 impl Among {
-    /// At the `part.0`-th of `part.1` parts, of rows of `m` that are so long together.
+    /// At a place, of rows of `m`.
     #[inline(always)]
-    fn of(length: usize, m: usize, part: (usize, usize)) -> Self {
-        let steps = (length / m.max(1)).saturating_sub(1);
-        let (whole, rest) = (part.0 * steps / part.1, part.0 * steps % part.1);
-        if rest == 0 {
+    fn of(m: usize, place: Place) -> Self {
+        let (whole, rest) = place.parts();
+        if rest == 0.0 {
             return Self::Row(whole * m);
         }
         let first = whole - whole % 2;
-        let x = (whole - first) as f64 + rest as f64 / part.1 as f64;
+        let x = (whole - first) as f64 + rest;
         let weights = [0.5 * (x - 1.0) * (x - 2.0), x * (2.0 - x), 0.5 * x * (x - 1.0)];
         Self::Three(first * m, weights)
     }
@@ -456,7 +456,7 @@ impl Input for SmoothInput<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Hold, Input, SampledInput, SmoothInput};
+    use super::{Hold, Input, Place, SampledInput, SmoothInput};
 
     /// A sum of sines up to two thirds of the highest frequency, seen between its samples.
     #[test]
@@ -513,7 +513,7 @@ mod tests {
             assert!(samples.all(|(a, b)| (a - b).abs() < 1e-14), "{at}");
             for part in 0..=4 {
                 let mut u = [f64::NAN; 4];
-                path.step(at).at((part, 4), &mut u);
+                path.step(at).at(Place::of(part, 4), &mut u);
                 assert_eq!(u[0], held[at + 1]);
                 let t = pair[0] + (pair[1] - pair[0]) * part as f64 / 4.0;
                 for (found, expected) in u[1..].iter().zip(motion(t)) {

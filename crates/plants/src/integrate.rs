@@ -1,6 +1,7 @@
 //! Integration of a plant along an input: fixed-step Runge-Kutta of order 4.
 
 use crate::input::StepInput;
+use crate::substeps::Place;
 use crate::{Hold, Input, Plant};
 use thiserror::Error;
 
@@ -133,7 +134,7 @@ impl Input for Between<'_> {
     fn value(&self, _start: f64, t: f64, u: &mut [f64]) {
         let share = (t - self.times.0) / (self.times.1 - self.times.0);
         let part = (share * self.parts as f64).round() as usize;
-        self.input.at((part, self.parts), u);
+        self.input.at(Place::of(part, self.parts), u);
     }
 }
 

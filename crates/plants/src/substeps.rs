@@ -35,6 +35,77 @@ impl Substeps {
     pub const fn cut(count: usize) -> Self {
         Self { count, cut: true }
     }
+
+    /// Go from `times.0` to `times.1`; how many steps were made, those that were cut among them.
+    #[inline(always)]
+    pub(crate) fn take(self, times: (f64, f64), stepped: &mut impl Stepped) -> usize {
+        let whole = (times.1 - times.0) / self.count as f64;
+        let mut made = 0;
+        for s in 0..self.count {
+            let mut cuts = Cuts::of(self);
+            while cuts.is_left() {
+                let (t, h) = cuts.span(times.0 + s as f64 * whole, whole);
+                // In a loop: four copies of a stage are more code than is read ahead.
+                let stages = [(0, 0.0), (1, 0.5 * h), (1, 0.5 * h), (2, h)];
+                for (k, (half, step)) in stages.into_iter().enumerate() {
+                    stepped.stage(k, (t + step, cuts.place(s, half, self)), step);
+                }
+                made += 1;
+                if cuts.is_long() && stepped.jumps() {
+                    cuts.cut();
+                    continue;
+                }
+                stepped.complete(h);
+                cuts.next();
+            }
+        }
+        made
+    }
+}
+
+/// What goes on in steps of Runge-Kutta.
+pub(crate) trait Stepped {
+    /// Find the `k`-th slope of a step, at a time and place: the state moved by `step` along the slope before it.
+    fn stage(&mut self, k: usize, at: (f64, Place), step: f64);
+
+    /// Whether the four slopes jump within the step.
+    fn jumps(&self) -> bool;
+
+    /// Take the step of `h`, from its four slopes.
+    fn complete(&mut self, h: f64);
+}
+
+/// A place on the way from one sample to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// In how many parts the way is.
+    parts: usize,
+    /// How much of it is behind, in shares of a part.
+    behind: usize,
+}
+
+impl Place {
+    /// Shares of a part: the parts of the shortest piece of a step are whole ones.
+    const SHARES: usize = Cuts::PARTS;
+
+    /// At the end of the `part`-th of so many parts.
+    #[inline(always)]
+    pub const fn of(part: usize, parts: usize) -> Self {
+        Self { parts, behind: part * Self::SHARES }
+    }
+
+    /// As a share of the way.
+    #[inline(always)]
+    pub fn share(self) -> f64 {
+        self.behind as f64 / (self.parts * Self::SHARES) as f64
+    }
+
+    /// The parts that are behind, and the share of one beyond them.
+    #[inline(always)]
+    pub fn parts(self) -> (usize, f64) {
+        let rest = self.behind % Self::SHARES;
+        (self.behind / Self::SHARES, rest as f64 / Self::SHARES as f64)
+    }
 }
 
 /// Largest jump of the slopes of a step that is not cut, as a share of the slopes: rates up to `0.45 / h` are
@@ -66,11 +137,11 @@ pub(crate) fn jumps(
 
 /// Where the integration of a step is that may be cut: in whole parts of the shortest that there are.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cuts {
+struct Cuts {
     /// The part that comes next.
-    pub at: usize,
+    at: usize,
     /// How many parts it is long.
-    pub length: usize,
+    length: usize,
     shortest: usize,
 }
 
@@ -78,35 +149,35 @@ impl Cuts {
     /// Into how many a part is cut.
     const PIECES: usize = 4;
     /// The shortest parts of a step.
-    pub const PARTS: usize = 64;
+    const PARTS: usize = 64;
 
     #[inline(always)]
-    pub fn of(substeps: Substeps) -> Self {
+    fn of(substeps: Substeps) -> Self {
         let shortest = if substeps.cut { 1 } else { Self::PARTS };
         Self { at: 0, length: Self::PARTS, shortest }
     }
 
     /// Whether some of the step is left.
     #[inline(always)]
-    pub fn is_left(&self) -> bool {
+    fn is_left(&self) -> bool {
         self.at < Self::PARTS
     }
 
     /// Whether this part may be cut.
     #[inline(always)]
-    pub fn is_long(&self) -> bool {
+    fn is_long(&self) -> bool {
         self.length > self.shortest
     }
 
     /// Go on with the first piece of this part.
     #[inline(always)]
-    pub fn cut(&mut self) {
+    fn cut(&mut self) {
         self.length /= Self::PIECES;
     }
 
     /// Go on behind this part: what was cut is behind where its last piece is.
     #[inline(always)]
-    pub fn next(&mut self) {
+    fn next(&mut self) {
         self.at += self.length;
         while self.length < Self::PARTS && self.at.is_multiple_of(Self::PIECES * self.length) {
             self.length *= Self::PIECES;
@@ -115,17 +186,17 @@ impl Cuts {
 
     /// When this part begins and how long it is, of a step that begins at `t` and is `h` long.
     #[inline(always)]
-    pub fn span(&self, t: f64, h: f64) -> (f64, f64) {
+    fn span(&self, t: f64, h: f64) -> (f64, f64) {
         let share = |parts: usize| parts as f64 / Self::PARTS as f64;
         (t + share(self.at) * h, share(self.length) * h)
     }
 
-    /// Where the beginning, the middle or the end (0, 1, 2) of this part is, of the `s`-th of so many steps, as a
-    /// share of them all: so many of so many.
+    /// Where the beginning, the middle or the end (0, 1, 2) of this part of the `s`-th step is: half steps are the
+    /// parts of the way.
     #[inline(always)]
-    pub fn share(&self, s: usize, half: usize, substeps: Substeps) -> (usize, usize) {
-        let part = 2 * (s * Self::PARTS + self.at) + half * self.length;
-        (part, 2 * substeps.count * Self::PARTS)
+    fn place(&self, s: usize, half: usize, substeps: Substeps) -> Place {
+        let behind = 2 * (s * Self::PARTS + self.at) + half * self.length;
+        Place { parts: 2 * substeps.count, behind }
     }
 }
 

@@ -5,6 +5,7 @@ use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
 use lacuna_plants::Substeps;
 use lacuna_plants::model::Measured;
+use std::cell::OnceCell;
 use std::ops::Range;
 
 /// Most RK4 steps between two samples.
@@ -142,10 +143,12 @@ pub(super) fn fewest(
         let Some(fine) = &even else { break };
         let mut best = (trial.measured(&coarse, fine), coarse.steps);
         if best.0.error_over_noise >= tolerance && found.is_none() && budget > 0 {
-            let coarse = cut.take().or_else(|| trial.run(Substeps::cut(count), budget));
-            cut = trial.run(Substeps::cut(2 * count), budget).filter(|_| coarse.is_some());
-            match coarse.zip(cut.as_ref()) {
-                Some((coarse, fine)) => best = (trial.measured(&coarse, fine), coarse.steps),
+            let tried = cut.take().or_else(|| trial.run(Substeps::cut(count), budget));
+            // Where nothing jumps they are the steps of equal length once more, and finer ones are, too.
+            let tried = tried.filter(|tried| tried.steps > coarse.steps);
+            cut = tried.as_ref().and_then(|_| trial.run(Substeps::cut(2 * count), budget));
+            match tried.zip(cut.as_ref()) {
+                Some((tried, fine)) => best = (trial.measured(&tried, fine), tried.steps),
                 None => budget = 0,
             }
         }
@@ -165,6 +168,8 @@ struct Tried {
     series: Vec<Series>,
     /// How many they were.
     steps: usize,
+    /// What they make of an error of the beginning, stretch by stretch, once that was asked for.
+    grown: OnceCell<Vec<f64>>,
 }
 
 /// What steps are tried on.
@@ -177,7 +182,7 @@ struct Trial<'d, R> {
 impl<R: Fn(Substeps, Beginning, usize) -> Option<Runs>> Trial<'_, R> {
     fn run(&self, substeps: Substeps, budget: usize) -> Option<Tried> {
         let (series, steps) = (self.runs)(substeps, Beginning::Measured, budget)?;
-        Some(Tried { substeps, series, steps })
+        Some(Tried { substeps, series, steps, grown: OnceCell::new() })
     }
 
     /// Steps with their error, as finer ones show it.
@@ -186,8 +191,8 @@ impl<R: Fn(Substeps, Beginning, usize) -> Option<Runs>> Trial<'_, R> {
         let errors = self.apart(&coarse.series, &fine.series);
         let mut error = most(&errors);
         if error >= self.tolerance && error.is_finite() {
-            let pairs = self.grown(coarse).into_iter().zip(self.grown(fine));
-            let own = pairs.map(|(before, after)| grown_alike(before, after));
+            let pairs = self.grown(coarse).iter().zip(self.grown(fine));
+            let own = pairs.map(|(before, after)| grown_alike(*before, *after));
             error = most(&errors.iter().zip(own).map(|(e, own)| e / own).collect::<Vec<_>>());
         }
         Integration { error_over_noise: error, ..Integration::in_steps(coarse.substeps) }
@@ -197,11 +202,12 @@ impl<R: Fn(Substeps, Beginning, usize) -> Option<Runs>> Trial<'_, R> {
         a.iter().zip(b).map(|(a, b)| weighted_distance(self.dataset, a, b)).collect()
     }
 
-    /// What is made of an error of the beginning, stretch by stretch.
-    fn grown(&self, tried: &Tried) -> Vec<f64> {
-        let moved = (self.runs)(tried.substeps, Beginning::Moved(self.tolerance), usize::MAX);
-        let apart = moved.map(|(moved, _)| self.apart(&tried.series, &moved));
-        apart.unwrap_or_default().into_iter().map(|d| d / self.tolerance).collect()
+    fn grown<'t>(&self, tried: &'t Tried) -> &'t [f64] {
+        tried.grown.get_or_init(|| {
+            let moved = (self.runs)(tried.substeps, Beginning::Moved(self.tolerance), usize::MAX);
+            let apart = moved.map(|(moved, _)| self.apart(&tried.series, &moved));
+            apart.unwrap_or_default().into_iter().map(|d| d / self.tolerance).collect()
+        })
     }
 }
 

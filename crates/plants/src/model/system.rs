@@ -7,7 +7,7 @@ use super::{Model, ModelEffect};
 use crate::Plant;
 use crate::dynamics::{Bound, BoundDynamics, Implicit, Room, Sizes};
 use crate::input::{MOTION, StepInput};
-use crate::substeps::{Cuts, JUMP, JUMP_OF_DERIVATIVES, Substeps, jumps};
+use crate::substeps::{JUMP, JUMP_OF_DERIVATIVES, Place, Stepped, Substeps, jumps};
 use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
 use lacuna_numbers::{Dual, LANES, Number, copy};
 
@@ -285,11 +285,11 @@ impl<T: Number> System<T> {
         bound: &B,
         w: &mut Workspace<T>,
         k: usize,
-        (t, part): (f64, (usize, usize)),
+        (t, place): (f64, Place),
         inputs: StepInput<T>,
         (state, step): (&[T], f64),
     ) {
-        self.begin_stage(w, k, (t, part), inputs, (state, step));
+        self.begin_stage(w, k, (t, place), inputs, (state, step));
         let Workspace { room, variables, outputs, slope, stage, input, .. } = w;
         // No closure stands between: it would be compiled apart, for the narrowest vectors.
         bound.evaluate(room, variables, outputs);
@@ -302,11 +302,11 @@ impl<T: Number> System<T> {
         &self,
         w: &mut Workspace<T>,
         k: usize,
-        (t, part): (f64, (usize, usize)),
+        (t, place): (f64, Place),
         inputs: StepInput<T>,
         (state, step): (&[T], f64),
     ) {
-        inputs.at(part, &mut w.input);
+        inputs.at(place, &mut w.input);
         for (j, change) in &self.change {
             w.input[*j] = w.input[*j] + *change;
         }
@@ -399,36 +399,36 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> pulp::WithSimd for Along<'_, T, B>
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { step: Step { strand, times, substeps }, bound } = self;
-        let Strand { system, workspace: w, inputs, state } = strand;
-        let whole = (times.1 - times.0) / substeps.count as f64;
-        for s in 0..substeps.count {
-            let mut cuts = Cuts::of(substeps);
-            while cuts.is_left() {
-                let (t, h) = cuts.span(times.0 + s as f64 * whole, whole);
-                // In a loop: four copies of a stage are more code than is read ahead.
-                for (k, (half, step)) in stages(h).into_iter().enumerate() {
-                    let part = cuts.share(s, half, substeps);
-                    system.stage(bound, w, k, (t + step, part), inputs, (state, step));
-                }
-                w.steps += 1;
-                if cuts.is_long() && system.jumps(w) {
-                    cuts.cut();
-                    continue;
-                }
-                w.complete(h, state);
-                system.impose(&w.input, state);
-                cuts.next();
-            }
-        }
+        let Self { step: Step { mut strand, times, substeps }, bound } = self;
+        let made = substeps.take(times, &mut Alone { strand: &mut strand, bound });
+        strand.workspace.steps += made;
     }
 }
 
-/// The stages of a Runge-Kutta step of `h`: at its beginning, its middle or its end (0, 1, 2), by how much the state
-/// is moved along the slope before it.
-#[inline(always)]
-pub(super) fn stages(h: f64) -> [(usize, f64); 4] {
-    [(0, 0.0), (1, 0.5 * h), (1, 0.5 * h), (2, h)]
+/// A system that goes on by itself.
+struct Alone<'s, 'a, T: Number, B: ?Sized> {
+    strand: &'s mut Strand<'a, T>,
+    bound: &'s B,
+}
+
+impl<T: Number, B: BoundDynamics<T> + ?Sized> Stepped for Alone<'_, '_, T, B> {
+    #[inline(always)]
+    fn stage(&mut self, k: usize, at: (f64, Place), step: f64) {
+        let Strand { system, workspace: w, inputs, state } = &mut *self.strand;
+        system.stage(self.bound, w, k, at, *inputs, (state, step));
+    }
+
+    #[inline(always)]
+    fn jumps(&self) -> bool {
+        self.strand.system.jumps(self.strand.workspace)
+    }
+
+    #[inline(always)]
+    fn complete(&mut self, h: f64) {
+        let Strand { system, workspace: w, state, .. } = &mut *self.strand;
+        w.complete(h, state);
+        system.impose(&w.input, state);
+    }
 }
 
 /// Room for [`System::advance`].

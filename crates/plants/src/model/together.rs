@@ -1,10 +1,10 @@
 //! Systems of the same values, stepped side by side: each carries derivatives in directions of its own.
 
 use super::mass::{factor, solve_factored};
-use super::system::{Step, System, Workspace, stages};
+use super::system::{Step, System, Workspace};
 use crate::dynamics::{Implicit, ImplicitRoom};
 use crate::input::StepInput;
-use crate::substeps::{Cuts, Substeps};
+use crate::substeps::{Place, Stepped, Substeps};
 use lacuna_numbers::{Number, copy};
 
 /// One of several systems that are stepped side by side.
@@ -98,30 +98,38 @@ impl<T: Number> pulp::WithSimd for Together<'_, '_, T> {
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
         let Self { strands, times, substeps } = self;
         let mut shared = std::mem::take(&mut strands[0].workspace.shared);
-        let whole = (times.1 - times.0) / substeps.count as f64;
-        for s in 0..substeps.count {
-            let mut cuts = Cuts::of(substeps);
-            while cuts.is_left() {
-                let (t, h) = cuts.span(times.0 + s as f64 * whole, whole);
-                for (k, (half, step)) in stages(h).into_iter().enumerate() {
-                    let part = cuts.share(s, half, substeps);
-                    for Strand { system, workspace, inputs, state } in &mut *strands {
-                        system.begin_stage(workspace, k, (t + step, part), *inputs, (state, step));
-                    }
-                    stage(strands, &mut shared, k, t + step);
-                }
-                strands[0].workspace.steps += 1;
-                if cuts.is_long() && strands.iter().any(|s| s.system.jumps(s.workspace)) {
-                    cuts.cut();
-                    continue;
-                }
-                for Strand { workspace, state, .. } in &mut *strands {
-                    workspace.complete(h, state);
-                }
-                cuts.next();
-            }
+        let made = substeps.take(times, &mut SideBySide { strands, shared: &mut shared });
+        let first = &mut strands[0].workspace;
+        first.steps += made;
+        first.shared = shared;
+    }
+}
+
+/// Strands with what they share.
+struct SideBySide<'s, 'a, T: Number> {
+    strands: &'s mut [Strand<'a, T>],
+    shared: &'s mut Shared,
+}
+
+impl<T: Number> Stepped for SideBySide<'_, '_, T> {
+    #[inline(always)]
+    fn stage(&mut self, k: usize, at: (f64, Place), step: f64) {
+        for Strand { system, workspace, inputs, state } in &mut *self.strands {
+            system.begin_stage(workspace, k, at, *inputs, (state, step));
         }
-        strands[0].workspace.shared = shared;
+        stage(self.strands, self.shared, k, at.0);
+    }
+
+    #[inline(always)]
+    fn jumps(&self) -> bool {
+        self.strands.iter().any(|strand| strand.system.jumps(strand.workspace))
+    }
+
+    #[inline(always)]
+    fn complete(&mut self, h: f64) {
+        for Strand { workspace, state, .. } in &mut *self.strands {
+            workspace.complete(h, state);
+        }
     }
 }
 
