@@ -56,6 +56,8 @@ impl Bench {
         std::fs::write(bench.path("arm.urdf"), arm).expect("a file");
         std::fs::write(bench.path("arm.xml"), MJCF).expect("a file");
         let effect = if effect.is_empty() { "" } else { &format!("[[effect]]\n{effect}") };
+        let file = "[robot]\nfile = \"arm.urdf\"\n[recordings]\ninput_hold = \"zero-order\"\n";
+        std::fs::write(bench.path("held.toml"), format!("name = \"arm\"\n{file}")).expect("a file");
         let truth = format!("name = \"truth\"\n[robot]\nfile = \"arm.urdf\"\n{effect}");
         std::fs::write(bench.path("truth.toml"), truth).expect("a file");
         bench
@@ -100,6 +102,47 @@ impl Bench {
         name
     }
 
+    /// What would be recorded of the arm held upright, about whose place it moves slowly, by a controller that
+    /// knows nothing of its weight: without it the arm falls.
+    pub fn record_upright(&self, run: u64) -> String {
+        const STEP: f64 = 0.01;
+        let truth = Model::read(&self.path("truth.toml")).expect("a model");
+        let mut rng = rng(78, run);
+        let ranges = SinusoidRanges {
+            amplitude: 0.05..=0.2,
+            angular_frequency: 0.7..=4.0,
+            phase: 0.0..=std::f64::consts::TAU,
+        };
+        let times: Vec<f64> = (0..600).map(|k| STEP * f64::from(k)).collect();
+        let wanted =
+            SumOfSinusoids::random(&mut rng, 2, 3, &ranges).expect("ranges").sample(&times);
+        let system = System::new(&truth);
+        let mut state = system.at_rest(&[std::f64::consts::PI, 0.0, 0.0, 0.0]);
+        let (mut angles, mut torques) = ([vec![], vec![]], vec![]);
+        for (k, t) in times.iter().enumerate() {
+            let off = |j: usize| wanted[2 * k + j] + [std::f64::consts::PI, 0.0][j] - state[j];
+            let torque = |j: usize| [40.0, 8.0][j] * off(j) - [5.0, 0.3][j] * state[2 + j];
+            let held = [torque(0), torque(1)];
+            (0..2).for_each(|j| angles[j].push(state[j]));
+            torques.push(held);
+            let (span, values) = ([*t, *t + STEP], [held, held].concat());
+            let input = SampledInput { times: &span, values: &values, hold: truth.hold };
+            let step = rk4(&system, &state, &input, &span, 1e-3).expect("it does not diverge");
+            state = step.state(1).to_vec();
+        }
+        for joint in &mut angles {
+            add_gaussian_noise(joint, 5e-4, &mut rng).expect("a deviation");
+        }
+        let mut text = String::from("t,shoulder,elbow,shoulder_torque,elbow_torque\n");
+        for (k, t) in times.iter().enumerate() {
+            let ([a, b], [u, w]) = ([angles[0][k], angles[1][k]], torques[k]);
+            writeln!(text, "{t},{a},{b},{u},{w}").expect("text");
+        }
+        let name = format!("upright{run}.csv");
+        std::fs::write(self.path(&name), text).expect("a file");
+        name
+    }
+
     pub fn run(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));
         command.args(arguments).current_dir(self.folder.path()).output().expect("it runs")
@@ -108,9 +151,15 @@ impl Bench {
     /// What `diagnose` writes of three recordings, with a fourth held out.
     pub fn diagnosed(&self) -> Value {
         let runs: Vec<String> = (0..4).map(|run| self.record(run)).collect();
-        let mut arguments = vec!["diagnose", "arm.urdf"];
-        arguments.extend(runs[..3].iter().map(String::as_str));
-        arguments.extend(["--held-out", &runs[3], "--out", "found"]);
+        self.diagnosed_of("arm.urdf", &runs)
+    }
+
+    /// The same of recordings of which the last is held out.
+    pub fn diagnosed_of(&self, model: &str, runs: &[String]) -> Value {
+        let (held_out, training) = runs.split_last().expect("recordings");
+        let mut arguments = vec!["diagnose", model];
+        arguments.extend(training.iter().map(String::as_str));
+        arguments.extend(["--held-out", held_out, "--out", "found"]);
         self.says(&arguments);
         let text = std::fs::read_to_string(self.path("found/diagnosis.json"));
         serde_json::from_str(&text.expect("it is written")).expect("JSON")

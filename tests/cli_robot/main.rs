@@ -26,6 +26,8 @@ const LOADED: &str = "class = \"load_friction\"\nchannel = \"elbow\"\nother = \"
 const LIGHT: &str = "class = \"coulomb_friction\"\nchannel = \"elbow\"\nmagnitude = 0.25\n\
     smoothing_velocity = 0.05\n[[effect]]\nclass = \"viscous_friction\"\nchannel = \"elbow\"\n\
     coefficient = 0.25\n";
+/// What begins while the arm is at work.
+const STEP: &str = "class = \"step_change\"\nchannel = \"elbow\"\nforce = 0.2\ntime = 2.5\n";
 /// Rubber that the elbow runs into.
 const STOP: &str = "class = \"damped_stop\"\nchannel = \"elbow\"\nstiffness = 400\n\
     dissipation = 0.5\nposition = 0.44\nside = 1\n";
@@ -115,6 +117,20 @@ fn a_robot_that_is_as_its_file_says_carries_nothing() {
     assert_eq!(diagnosis["verdict"], "no_mismatch", "{diagnosis}");
     let written = std::fs::read_to_string(bench.path("found/augmented.urdf")).expect("a file");
     assert_eq!(written, ARM);
+}
+
+/// Free runs of what falls run away whatever they lack: filters, which do not, find it.
+#[test]
+fn what_an_arm_lacks_that_falls_without_its_controller_is_named() {
+    let bench = Bench::new(STEP);
+    let runs: Vec<String> = (0..4).map(|run| bench.record_upright(run)).collect();
+    let diagnosis = bench.diagnosed_of("held.toml", &runs);
+    let found = finding(&diagnosis);
+    assert_eq!((&found["class"], &found["channel"]), (&"step_change".into(), &"elbow".into()));
+    for (name, truth) in [("force", 0.2), ("time", 2.5)] {
+        let (value, std) = parameter(found, name);
+        assert!((value - truth).abs() < 4.0 * std && std < 0.02 * truth, "{name}: {found}");
+    }
 }
 
 /// A search that adds one effect a round would begin far from such a machine.

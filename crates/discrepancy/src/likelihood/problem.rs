@@ -271,7 +271,7 @@ impl<'a> Problem<'a> {
         let p = Predictor::with_substeps(self.model, parameters, effects, self.dataset, once);
         match corrected && self.is_robot() {
             true => p.needed_from_sample_to_sample(&self.smoothed[0], (tolerance, most)),
-            false => p.needed_substeps(tolerance, most),
+            false => p.needed_while_following((tolerance, most)),
         }
     }
 

@@ -79,7 +79,28 @@ impl<'a> Predictor<'a> {
 
     /// RK4 steps between two samples, at most so many, whose error stays below a share of the
     /// noise.
-    pub(crate) fn needed_substeps(&self, tolerance: f64, most: usize) -> Integration {
+    fn needed_substeps(&self, tolerance: f64, most: usize) -> Integration {
+        self.needed_along((tolerance, most), |_, series| series)
+    }
+
+    /// The same as far as the model follows the recordings: where it is off by more than an output ranges over it has
+    /// run away, and how it tumbles from there no window of a fit sees.
+    pub(crate) fn needed_while_following(&self, limits: (f64, usize)) -> Integration {
+        let ranges = |k: usize| 2.0 * self.dataset.half_range(k);
+        let ranges: Vec<f64> = (0..self.weights.len()).map(ranges).collect();
+        self.needed_along(limits, |measured, mut series| {
+            let follows = followed(measured, &series, &ranges);
+            series.iter_mut().for_each(|output| output.truncate(follows));
+            series
+        })
+    }
+
+    /// Of runs of which only what is `told` counts, beside the outputs that were measured.
+    fn needed_along(
+        &self,
+        (tolerance, most): (f64, usize),
+        told: impl Fn((&Observed, Range<usize>), Series) -> Series,
+    ) -> Integration {
         let stretches = substeps::stretches(self.dataset).into_iter();
         let driven: Vec<_> = stretches.map(|(o, ranges)| (self.drive(o), ranges)).collect();
         if driven.is_empty() {
@@ -89,7 +110,9 @@ impl<'a> Predictor<'a> {
             substeps::along(substeps::each(&driven), budget, |driven, range, budget| {
                 let mut state = self.guess(driven.observed, range.start);
                 self.move_state(beginning, &mut state);
-                self.run_within(budget, &self.plain, driven, (range, steps), &mut state)
+                let run = (range.clone(), steps);
+                let (series, steps) = self.run_within(budget, &self.plain, driven, run, &mut state);
+                (told((driven.observed, range), series), steps)
             })
         })
     }
@@ -271,6 +294,16 @@ impl<'a> Predictor<'a> {
     fn driving<'r>(&'r self, driven: &'r Driven<'r>) -> Driving<'r, 'a> {
         Driving { predictor: self, driven, dual: self.dual() }
     }
+}
+
+/// Samples of a run up to the first at which an output is off from what was measured by more than `most`.
+fn followed((observed, range): (&Observed, Range<usize>), series: &Series, most: &[f64]) -> usize {
+    let astray = |k: usize| {
+        let mut pairs = series[k].iter().zip(&observed.outputs[k][range.clone()]);
+        pairs.position(|(run, y)| (run - y).abs() > most[k])
+    };
+    let first = (0..series.len()).filter_map(astray).min();
+    first.map_or(range.len(), |at| at + 1)
 }
 
 /// A model on a recording.

@@ -17,6 +17,13 @@ fn lost(fit: &Fit, most: f64, slack: f64) -> bool {
     misfit > slack * most
 }
 
+/// Whether a model misses its windows by more than its machine moves: it has run away, and what it has run from
+/// no longer shows.
+pub fn is_astray(fit: &Fit) -> bool {
+    const ALL: f64 = 1.0;
+    lost(fit, ALL, 1.0)
+}
+
 /// The same hypothesis in the longest windows that it follows: as long as what is not noise stays
 /// below a share `most` of half a channel's range. What a model leaves out adds up along a window,
 /// and long windows would weigh little else.
@@ -27,10 +34,16 @@ pub fn lengthen(fit: Fit, most: f64) -> Fit {
 
 /// The same in windows no longer than those of a level, following them `slack` times as badly.
 #[must_use]
-pub fn lengthen_to(mut fit: Fit, level: u32, (most, slack): (f64, f64)) -> Fit {
+pub fn lengthen_to(fit: Fit, level: u32, (most, slack): (f64, f64)) -> Fit {
+    lengthen_while(fit, level, |longer| !lost(longer, most, slack))
+}
+
+/// The same in windows no longer than those of a level, as long as what it leaves there will do.
+#[must_use]
+pub fn lengthen_while<'p>(mut fit: Fit<'p>, level: u32, will_do: impl Fn(&Fit) -> bool) -> Fit<'p> {
     while fit.windowed.level > level {
         match fit.at_level(fit.windowed.level - 1, QUICK) {
-            Ok(longer) if !lost(&longer, most, slack) => fit = longer,
+            Ok(longer) if will_do(&longer) => fit = longer,
             _ => break,
         }
     }

@@ -7,13 +7,15 @@
 //! every effect, and what an effect gains is what it spares them.
 
 use super::forward::{Tried, rank};
-use super::{Once, Path, Search, Searched, untried};
+use super::{Once, Path, Search, Searched, chain, untried};
 use crate::likelihood::{FULL, Fit, FitError, ProcessNoise, QUICK, intensity};
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Rounds in which intensities and parameters are fitted in turn.
 const ROUNDS: usize = 3;
+/// Share of an input's standard deviation above which its noise shows.
+const SHOWN: f64 = 0.01;
 
 /// A fit with the noise that drives the machine most likely.
 pub(super) struct Quieted<'p> {
@@ -40,8 +42,33 @@ impl<'p> Search<'p> {
             return Some(found);
         }
         let Quieted { fit, gone } = self.quieted(&found.path.fit).ok()?;
-        let fit = if gone { self.exactly(&fit).ok()? } else { fit };
+        let fit = match gone {
+            true => self.exactly(&fit).ok()?,
+            false => self.without_faint(&fit, exact).unwrap_or(fit),
+        };
         Some(Searched { path: Path { fit, ..found.path }, ..found })
+    }
+
+    /// A fit without the noise of inputs that is no more than shows, where nothing but noise of the outputs is left
+    /// without it either, in windows no shorter than those of `calibrated`, which leaves more there. An unstable
+    /// machine runs away from the least error of a parameter, which a filter calls noise that drives it.
+    fn without_faint(&self, fit: &Fit<'p>, calibrated: &Fit<'p>) -> Option<Fit<'p>> {
+        let (problem, noise) = (self.problem, fit.noise.as_deref()?);
+        let faint = |(j, sd): (usize, &f64)| *sd <= SHOWN * problem.input_deviation(j);
+        if !noise.pushes_nothing() || !noise.inputs.iter().enumerate().all(faint) {
+            return None;
+        }
+        let is_noise = |fit: &Fit| fit.reduced() < self.decision.noise;
+        let short = fit.undriven(self.level, FULL).ok().filter(is_noise)?;
+        let exact = chain::lengthen_while(short, 0, is_noise);
+        (exact.windowed.level <= calibrated.windowed.level).then_some(exact)
+    }
+
+    /// Whether noise shows on a recorded input: what free runs explain may then be that.
+    pub(super) fn shows_noisy_inputs(&self) -> bool {
+        let problem = self.problem;
+        let shows = |j: usize| problem.input_noise(j) > SHOWN * problem.input_deviation(j);
+        (0..problem.model.inputs.len()).any(shows)
     }
 
     /// Whichever of two searches predicts better, that of free runs or that beside noise that drives
@@ -117,7 +144,7 @@ impl<'p> Search<'p> {
             }
             begun = begun.at_level(begun.windowed.level - 1, QUICK)?;
         };
-        let Quieted { fit, gone } = self.quieted(&super::chain::polish(self.lengthen(fit)))?;
+        let Quieted { fit, gone } = self.quieted(&chain::polish(self.lengthen(fit)))?;
         if gone {
             return Ok(None);
         }

@@ -259,28 +259,39 @@ impl<'p> Search<'p> {
             return Ok(found);
         }
         self.watch.tell("fitting the model's own parameters");
-        let (calibrated, floor) = self.calibrated()?;
+        let (begun, floor) = self.begun()?;
         let beside_noise = Once::new();
         // What little is left where the model follows its recordings from end to end is noise of
         // another colour or size than was estimated.
-        let noise = if calibrated.windowed.level == 0 { floor } else { 1.0 };
-        let follows = calibrated.reduced() < self.decision.explained * noise;
+        let follows = |fit: &Fit| {
+            let noise = if fit.windowed.level == 0 { floor } else { 1.0 };
+            fit.reduced() < self.decision.explained * noise
+        };
+        // An arm may fall from where a controller held it: free runs run away, whatever they lack, and filters do not.
+        let mut driven = None;
+        if self.problem.is_robot() && !follows(&begun) {
+            driven = self.search_driven(&begun, floor, &beside_noise);
+            if driven.as_ref().is_some_and(|found| self.explains(found)) {
+                return Ok(driven.expect("it is some"));
+            }
+        }
+        let calibrated = self.calibrated_from(begun);
+        let follows = follows(&calibrated);
+        let mut driven_once = || {
+            let known = driven.take();
+            known.or_else(|| self.search_driven(&calibrated, floor, &beside_noise))
+        };
         if !follows
             && self.says_inputs(&calibrated, &beside_noise)
-            && let Some(driven) = self.search_driven(&calibrated, floor, &beside_noise)
+            && let Some(driven) = driven_once()
         {
             return Ok(driven);
         }
         let free = self.search_from(calibrated.clone(), floor, &beside_noise);
-        let by_name = free.path.fit.hypothesis.supposed().iter().all(|e| e.over().is_none());
-        let explained = by_name && free.path.fit.reduced() < self.decision.noise;
-        if follows || (explained && !self.shows_noisy_inputs()) {
+        if follows || (self.explains(&free) && !self.shows_noisy_inputs()) {
             return Ok(free);
         }
-        let driven = match self.watch.is_late() {
-            true => None,
-            false => self.search_driven(&calibrated, free.floor, &beside_noise),
-        };
+        let driven = if self.watch.is_late() { None } else { driven_once() };
         // What was cut short is not compared with what was not.
         if self.watch.skips(untried::DRIVEN) {
             return Ok(free);
@@ -296,12 +307,11 @@ impl<'p> Search<'p> {
         })
     }
 
-    /// Whether noise shows on a recorded input: what free runs explain may then be that.
-    fn shows_noisy_inputs(&self) -> bool {
-        const SHOWN: f64 = 0.01;
-        let problem = self.problem;
-        let shows = |j: usize| problem.input_noise(j) > SHOWN * problem.input_deviation(j);
-        (0..problem.model.inputs.len()).any(shows)
+    /// Whether a search leaves nothing but noise of the outputs beside laws that have a name.
+    fn explains(&self, found: &Searched) -> bool {
+        let Path { fit, named } = &found.path;
+        let by_name = fit.hypothesis.supposed().iter().all(|e| e.over().is_none());
+        by_name && !named.is_empty() && fit.noise.is_none() && fit.reduced() < self.decision.noise
     }
 
     /// The effects beside a calibrated model that folds do not speak against; `driven` is that model beside
@@ -402,8 +412,8 @@ impl<'p> Search<'p> {
     }
 
     /// The first effect beside what is named, or none. A mismatch that short windows cannot name is
-    /// looked for in longer ones, however badly the model follows them: free states, above all those
-    /// that nothing measures, take up in a short window what varies slowly.
+    /// looked for in longer ones, however badly the model follows them, as long as it does not go astray: free
+    /// states, above all those that nothing measures, take up in a short window what varies slowly.
     fn first(&self, from: Path<'p>, look: Look, driven: &Once<'p>) -> First<'p> {
         let one = from.named.len() + 1;
         let path = self.forward(from.clone(), Some(look.clone()), one);
@@ -420,6 +430,9 @@ impl<'p> Search<'p> {
             let Ok(fit) = longer.fit.at_level(level, FULL) else { break };
             longer.fit = fit;
             self.tell("in longer windows", &longer.fit);
+            if chain::is_astray(&longer.fit) {
+                break;
+            }
             let look = self.look(&longer.fit);
             let path = self.forward(longer.clone(), Some(look.clone()), one);
             let gain = |p: &Path| p.named.get(one - 1).map_or(0.0, |n| n.gain);
@@ -448,14 +461,24 @@ impl<'p> Search<'p> {
     /// The model's parameters alone, in the longest windows that it follows; and the mean square
     /// residual over the shortest.
     fn calibrated(&self) -> Result<(Fit<'p>, f64), DiagnoseError> {
+        let (begun, floor) = self.begun()?;
+        Ok((self.calibrated_from(begun), floor))
+    }
+
+    /// The same before it is at its optimum.
+    fn begun(&self) -> Result<(Fit<'p>, f64), DiagnoseError> {
         let h = Hypothesis::of(self.problem.model);
         let begun = self.watch.necessarily(|| Fit::begin(self.problem, h, self.level));
         let begun = begun.map_err(|e| self.failed(e))?;
         let floor = begun.inflation();
         // Whether anything is missing shows in windows that are long enough for it to add up.
-        let fit = chain::polish(self.lengthen(begun));
+        Ok((self.lengthen(begun), floor))
+    }
+
+    fn calibrated_from(&self, begun: Fit<'p>) -> Fit<'p> {
+        let fit = chain::polish(begun);
         self.tell("calibrated", &fit);
-        Ok((fit, floor))
+        fit
     }
 
     /// The hypothesis of `own` in the windows of a fit and under its noise: from its states, or,

@@ -138,9 +138,10 @@ impl<'p> Search<'p> {
         }
         let calibrated = self.as_calibrated(&path.fit)?;
         let path = self.prune(&calibrated, path);
-        // Folds ask of what may be doubted.
-        let doubted = path.named.iter().any(|n| n.gain <= self.decision.beyond_doubt());
-        let path = if doubted { self.select(&calibrated, path) } else { self.simplified(path) };
+        let path = match self.is_doubted(&path) {
+            true => self.select(&calibrated, path),
+            false => self.simplified(path),
+        };
         (!path.named.is_empty()).then(|| searched(calibrated, path))
     }
 
@@ -155,7 +156,9 @@ impl<'p> Search<'p> {
         let wrong = |e: &ModelEffect| e.effect.acts == Acts::Sensors;
         let again = path.named.len() < laws && !path.fit.hypothesis.supposed().iter().any(wrong);
         let path = if again { self.quiet(path)? } else { path };
-        let path = self.missed(self.forward(path, None, super::MOST_EFFECTS));
+        let known = path.named.len();
+        let path = self.forward(path, None, super::MOST_EFFECTS);
+        let path = if again || path.named.len() > known { self.missed(path) } else { path };
         let path = match self.rewritten(&path) {
             Some(Rewritten { path, gone }) => {
                 if gone && let Some(exact) = self.exact(path.clone()) {
@@ -279,13 +282,18 @@ impl<'p> Search<'p> {
             .then_some(again)
     }
 
-    /// The effects that folds do not speak against: those that are not beyond doubt by themselves, and all of them
-    /// together.
+    /// Whether any effect is not beyond doubt: of such folds ask.
+    fn is_doubted(&self, path: &Path) -> bool {
+        path.named.iter().any(|n| n.gain <= self.decision.beyond_doubt())
+    }
+
+    /// The effects that folds do not speak against, where any may be doubted: those that are not beyond doubt by
+    /// themselves, and all of them together.
     fn kept_by_folds(&self, calibrated: &Fit<'p>, mut path: Path<'p>) -> Path<'p> {
-        self.watch.tell("leaving recordings out");
-        if self.watch.skips(untried::FOLDS) {
+        if !self.is_doubted(&path) || self.watch.skips(untried::FOLDS) {
             return path;
         }
+        self.watch.tell("leaving recordings out");
         let mut with = LeftOut::of(&path.fit);
         for k in (0..path.named.len()).rev() {
             if path.named[k].gain > self.decision.beyond_doubt() || self.watch.skips(untried::FOLDS)

@@ -1,10 +1,11 @@
 //! Prediction: the state at the start of a run is found, and nothing else is fitted.
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS};
+use lacuna_discrepancy::likelihood::Problem;
 use lacuna_discrepancy::prediction::windows;
 use lacuna_discrepancy::{Dataset, Observed, Predictor};
 use lacuna_excitation::{add_gaussian_noise, rng};
-use lacuna_plants::{Hold, Model, System, rk4_sampled};
+use lacuna_plants::{Hold, Model, Substeps, System, rk4_sampled};
 use lacuna_recordings::{Column, Recording};
 
 /// On noise-free data of the model itself, a free run follows the whole recording: the
@@ -95,6 +96,27 @@ fn the_beginning_of_a_machine_that_runs_away_is_found() {
         let error = predictor.windowed(observed, horizon).rmse(observed, 0) / noise;
         assert!((0.9..1.1).contains(&error), "{horizon} s: {error} noises");
     }
+}
+
+/// A model that runs away into a wall where the machine never was: a proof, which lets it run, needs short steps there,
+/// and a search, which does not, none.
+#[test]
+fn steps_of_a_search_are_those_of_where_the_machine_was() {
+    let text = |force: &str| {
+        format!(
+            "name = \"mass\"\n[[coordinate]]\nname = \"q\"\nvelocity = \"v\"\nunit = \"m\"\n\
+             [[input]]\nname = \"u\"\n[mechanics]\nmass = [[\"1\"]]\nforce = [\"u - 0.5 * v {force}\"]\n"
+        )
+    };
+    let read = |force: &str| Model::from_text(&text(force), "model.toml").expect("a model");
+    let truth = read("- 25 * q");
+    let model = read("+ 9 * q - 1e5 * max(q - 3, 0) + 1e5 * max(-3 - q, 0)");
+    let bench = Bench { start: 0.02, ..ON_PENDULUM };
+    let dataset = Dataset::new(&model, &bench.record(&truth, 46, 1)).expect("a dataset");
+    let runs = Predictor::new(&model, &dataset).integration();
+    assert!(runs.steps_a_sample > 4 || runs.cut_where_slopes_jump, "{runs:?}");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    assert_eq!(problem.substeps(&model.values(), &[], false), Substeps::even(1));
 }
 
 /// A light slider in dry friction needs short steps where it turns, and there alone; a pendulum needs none.
