@@ -260,7 +260,8 @@ impl<'a> Ladder<'a> {
     /// recordings alone it need not meet in those that are held out.
     fn verdict_without(&self, refused: &Proved) -> Verdict {
         let explains = |f: &ChannelFit| (f.rmse_before / f.noise).powi(2) < self.decision.explained;
-        let all = refused.fit.held_out.values().all(explains);
+        let mut errors = refused.fit.held_out.values().chain(refused.fit.training.values());
+        let all = errors.all(explains);
         let random = !self.driving().forces.is_empty();
         let missing = random && self.found.undriven > self.decision.explained * self.floor();
         if all && !missing { Verdict::NoMismatch } else { Verdict::Unexplained }

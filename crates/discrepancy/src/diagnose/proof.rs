@@ -12,7 +12,8 @@
 //!
 //! the first being one standard error of the sum under the hypothesis that neither is better. Where `D / n > relevant`
 //! alone holds they do not agree, and it is not handed back as an improvement either. Where windows see no change at all,
-//! what adds up over whole recordings decides by the same `D / n`: what is real shows in the one or in the other.
+//! what adds up over whole recordings decides by the same `D / n`, of those through which either model finds its way: what
+//! is real shows in the one or in the other.
 
 use super::{Proof, duration};
 use crate::dataset::{Dataset, Observed};
@@ -131,9 +132,14 @@ impl Proving<'_> {
         outcome(&changes, samples, self.decision.relevant)
     }
 
-    /// Whether what changes adds up to worse free runs through whole recordings.
+    /// Whether what changes adds up to worse free runs through whole recordings. Where both models run away how far they
+    /// are off says nothing of either.
     fn adds_up(&self, runs: &[(Runs, Runs)]) -> bool {
-        let (changes, samples) = self.changes(runs, |r| &r.free, |_, p| vec![p.counted.clone()]);
+        let whole = |o: &Observed, runs: [&Prediction; 2]| {
+            let tells = runs.iter().any(|run| !run.is_astray(o, self.held_out));
+            if tells { vec![runs[0].counted.clone()] } else { vec![] }
+        };
+        let (changes, samples) = self.changes(runs, |r| &r.free, whole);
         outcome(&changes, samples, self.decision.relevant).1 > self.decision.relevant
     }
 
@@ -142,7 +148,7 @@ impl Proving<'_> {
         &self,
         runs: &[(Runs, Runs)],
         of: fn(&Runs) -> &Prediction,
-        ranges: impl Fn(&Observed, &Prediction) -> Vec<Range<usize>>,
+        ranges: impl Fn(&Observed, [&Prediction; 2]) -> Vec<Range<usize>>,
     ) -> (Vec<f64>, usize) {
         let data = self.held_out;
         let weights: Vec<f64> = (0..data.outputs.len()).map(|k| data.noise_sd(k).recip()).collect();
@@ -150,7 +156,7 @@ impl Proving<'_> {
         let mut samples = 0;
         for (o, (before, after)) in data.recordings.iter().zip(runs) {
             let (before, after) = (of(before), of(after));
-            for range in ranges(o, before) {
+            for range in ranges(o, [before, after]) {
                 let mut change = 0.0;
                 for (k, weight) in weights.iter().enumerate() {
                     let squares = |p: &Prediction| p.squares_in(o, k, range.clone());

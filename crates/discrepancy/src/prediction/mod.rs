@@ -11,7 +11,7 @@ pub use identified::{IdentifiedPredictor, simulate_identified};
 pub use model::Predictor;
 pub use substeps::TOLERANCE as INTEGRATION_TOLERANCE;
 
-use crate::dataset::Observed;
+use crate::dataset::{Dataset, Observed};
 use std::ops::Range;
 
 /// Series of each output.
@@ -50,6 +50,14 @@ impl Prediction {
         self.squares_in(observed, output, self.counted.clone())
     }
 
+    /// Whether it is somewhere off by more than an output ranges over: what runs away from a machine says how errors of
+    /// its beginning grow, and nothing else.
+    #[must_use]
+    pub fn is_astray(&self, observed: &Observed, dataset: &Dataset) -> bool {
+        first_astray((observed, self.counted.clone()), (&self.outputs, 0), &ranges(dataset))
+            .is_some()
+    }
+
     /// The same over some samples.
     #[must_use]
     pub fn squares_in(
@@ -66,6 +74,25 @@ impl Prediction {
             (if e.is_finite() { sum + e * e } else { f64::INFINITY }, n + 1)
         })
     }
+}
+
+/// The first sample of a range at which some output of a run is none, or off from what was measured by more than
+/// `most`; the series of the run begin at sample `begin`.
+fn first_astray(
+    (observed, range): (&Observed, Range<usize>),
+    (run, begin): (&Series, usize),
+    most: &[f64],
+) -> Option<usize> {
+    let astray = |((y, run), most): ((&Vec<f64>, &Vec<f64>), &f64)| {
+        let follows = |k: usize| y[k].is_nan() || (y[k] - run[k - begin]).abs() <= *most;
+        range.clone().find(|k| !follows(*k))
+    };
+    observed.outputs.iter().zip(run).zip(most).filter_map(astray).min()
+}
+
+/// What each output ranges over.
+fn ranges(dataset: &Dataset) -> Vec<f64> {
+    (0..dataset.outputs.len()).map(|k| 2.0 * dataset.half_range(k)).collect()
 }
 
 /// Windows of about `horizon` seconds that cover all samples; a short rest joins the last. Where a run begins anew

@@ -2,7 +2,7 @@
 
 use super::state::{self, Runner};
 use super::substeps::Beginning;
-use super::{Prediction, Series, substeps};
+use super::{Prediction, Series, first_astray, ranges, substeps};
 use crate::dataset::{Dataset, Observed};
 use crate::diagnosis::Integration;
 use crate::trajectories::SmoothedRecording;
@@ -86,11 +86,12 @@ impl<'a> Predictor<'a> {
     /// The same as far as the model follows the recordings: where it is off by more than an output ranges over it has
     /// run away, and how it tumbles from there no window of a fit sees.
     pub(crate) fn needed_while_following(&self, limits: (f64, usize)) -> Integration {
-        let ranges = |k: usize| 2.0 * self.dataset.half_range(k);
-        let ranges: Vec<f64> = (0..self.weights.len()).map(ranges).collect();
-        self.needed_along(limits, |measured, mut series| {
-            let follows = followed(measured, &series, &ranges);
-            series.iter_mut().for_each(|output| output.truncate(follows));
+        let most = ranges(self.dataset);
+        self.needed_along(limits, |(observed, range), mut series| {
+            let begin = range.start;
+            if let Some(at) = first_astray((observed, range), (&series, begin), &most) {
+                series.iter_mut().for_each(|output| output.truncate(at + 1 - begin));
+            }
             series
         })
     }
@@ -294,16 +295,6 @@ impl<'a> Predictor<'a> {
     fn driving<'r>(&'r self, driven: &'r Driven<'r>) -> Driving<'r, 'a> {
         Driving { predictor: self, driven, dual: self.dual() }
     }
-}
-
-/// Samples of a run up to the first at which an output is off from what was measured by more than `most`.
-fn followed((observed, range): (&Observed, Range<usize>), series: &Series, most: &[f64]) -> usize {
-    let astray = |k: usize| {
-        let mut pairs = series[k].iter().zip(&observed.outputs[k][range.clone()]);
-        pairs.position(|(run, y)| (run - y).abs() > most[k])
-    };
-    let first = (0..series.len()).filter_map(astray).min();
-    first.map_or(range.len(), |at| at + 1)
 }
 
 /// A model on a recording.

@@ -1,7 +1,9 @@
 //! Beyond single force laws: sensors, learned curves, hidden states, held-out recordings that
 //! speak against an effect, experiments that tell rivals apart.
 
-use crate::machines::{Bench, ON_CARRIAGE, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
+use crate::machines::{
+    Bench, ON_CARRIAGE, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed, held_upright, inverted,
+};
 use lacuna_discrepancy::diagnose::{Options, Outcome, diagnose, split};
 use lacuna_discrepancy::diagnosis::{Finding, ProofOutcome, Verdict};
 use lacuna_discrepancy::{Dataset, DiagnoseError, Scope, Watch};
@@ -177,10 +179,10 @@ fn nothing_that_is_chosen_depends_on_held_out_recordings() {
     let again = told(recordings(&truth, 197));
     assert_eq!(again.findings, right.findings);
     assert_eq!(again.calibration, right.calibration);
-    // A machine without the spring: what was found is refused, nothing is handed back, and the model
-    // as it was given explains what is held out.
+    // A machine without the spring: what was found is refused, nothing is handed back, and the model as it was given
+    // explains what is held out, but not what it was looked for in.
     let refused = told(recordings(&model, 198));
-    assert_eq!((refused.verdict, refused.proof), (Verdict::NoMismatch, ProofOutcome::Worse));
+    assert_eq!((refused.verdict, refused.proof), (Verdict::Unexplained, ProofOutcome::Worse));
     assert!(refused.findings.is_empty() && refused.calibration.is_empty());
     let note = refused.notes.iter().find(|n| n.starts_with("The proof failed: cubic_stiffness"));
     assert!(note.is_some(), "{:?}", refused.notes);
@@ -235,6 +237,28 @@ fn what_no_window_sees_must_not_add_up_to_worse_runs() {
     assert_eq!((right.findings.len(), right.proof), (1, ProofOutcome::Same), "{right:#?}");
     let refused = told(&model);
     assert_eq!((refused.findings.len(), refused.proof), (0, ProofOutcome::Worse), "{refused:#?}");
+}
+
+/// How far off a pendulum is that fell, with a stop and without, says nothing of a stop that it does not meet as long as
+/// it is held.
+#[test]
+fn what_runs_away_says_nothing_of_what_was_found() {
+    let stop = "[[effect]]\nclass = \"end_stop\"\nchannel = \"q\"\nstiffness = 800\nposition = 0.5\nside = 1\n";
+    let (model, truth) = (inverted(""), inverted(stop));
+    let training = [("a", 0.5, 51), ("b", 0.42, 52)];
+    let training = training.map(|(name, reach, seed)| held_upright(name, &truth, (reach, seed)));
+    let training = Dataset::new(&model, &training).expect("a dataset");
+    for seed in 61..65 {
+        let held_out = [held_upright("c", &truth, (0.2, seed))];
+        let held_out = Dataset::new(&model, &held_out).expect("a dataset");
+        let held_out = training.for_proof(held_out).expect("the same outputs");
+        let d = diagnose(&model, &training, &held_out, Options::default(), &Watch::default());
+        let d = d.expect("a diagnosis").diagnosis;
+        assert_eq!((d.verdict, d.proof), (Verdict::MissingPhysics, ProofOutcome::Same), "{d:#?}");
+        let [f] = &d.findings[..] else { panic!("{:?}", d.findings) };
+        assert_eq!((&*f.class, &*f.channel), ("end_stop", "q"));
+        assert!(d.fit.held_out["q"].free_run_before > 1.0, "{:?}", d.fit);
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use lacuna_discrepancy::diagnose::{Options, Outcome, diagnose, split};
 use lacuna_discrepancy::{Dataset, Watch};
 use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
-use lacuna_plants::{Model, SampledInput, System, rk4};
+use lacuna_plants::{Hold, Model, SampledInput, System, rk4, rk4_sampled};
 use lacuna_recordings::{Column, Recording};
 
 pub const PENDULUM: &str = r#"
@@ -221,6 +221,39 @@ impl Bench {
         }
         Recording { name: format!("run{run}"), time, columns }
     }
+}
+
+/// Noise of the angle of [`held_upright`], rad.
+pub const INVERTED_NOISE: f64 = 0.003;
+
+/// A pendulum upside down, which falls where nobody holds it, with an effect.
+pub fn inverted(effect: &str) -> Model {
+    let text = "name = \"inverted\"\n[[coordinate]]\nname = \"q\"\nvelocity = \"v\"\nunit = \"rad\"\n\
+        [[input]]\nname = \"u\"\nunit = \"N m\"\n[recordings]\ninput_hold = \"zero-order\"\n\
+        [mechanics]\nmass = [[\"1\"]]\nforce = [\"40 * sin(q) + u\"]\n";
+    Model::from_text(&format!("{text}{effect}"), "model.toml").expect("a model")
+}
+
+/// What would be recorded of it as a controller moves it about its place, as far as `reach`, with noise from a seed.
+pub fn held_upright(name: &str, truth: &Model, (reach, seed): (f64, u64)) -> Recording {
+    const STEP: f64 = 0.005;
+    let plant = System::new(truth);
+    let (mut x, mut time, mut u) = (plant.at_rest(&[0.2 * reach, 0.0]), vec![], vec![]);
+    let mut q = vec![];
+    for k in 0..1500 {
+        let t = STEP * f64::from(k);
+        let goal = reach * ((1.3 * t).sin() + 0.4 * (4.1 * t).sin());
+        let held = 120.0 * (goal - x[0]) - 15.0 * x[1];
+        time.push(t);
+        u.push(held);
+        q.push(x[0]);
+        let path = rk4_sampled(&plant, &x, &[t, t + STEP], &[held, held], Hold::ZeroOrder, 8);
+        x.copy_from_slice(path.expect("it is held").state(1));
+    }
+    add_gaussian_noise(&mut q, INVERTED_NOISE, &mut rng(seed, 0)).expect("a deviation");
+    let column = |name: &str, values: &[f64]| Column { name: name.into(), values: values.into() };
+    let columns = vec![column("q", &q), column("u", &u)];
+    Recording { name: name.into(), time, columns }
 }
 
 /// Diagnose as the command does without `--held-out`.

@@ -1,12 +1,12 @@
 //! Prediction: the state at the start of a run is found, and nothing else is fitted.
 
-use crate::machines::{Bench, ON_PENDULUM, ON_TANKS, ON_TWO_MASS};
+use crate::machines::{
+    Bench, INVERTED_NOISE, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, held_upright, inverted,
+};
 use lacuna_discrepancy::likelihood::Problem;
 use lacuna_discrepancy::prediction::windows;
 use lacuna_discrepancy::{Dataset, Observed, Predictor};
-use lacuna_excitation::{add_gaussian_noise, rng};
-use lacuna_plants::{Hold, Model, Substeps, System, rk4_sampled};
-use lacuna_recordings::{Column, Recording};
+use lacuna_plants::{Model, Substeps};
 
 /// On noise-free data of the model itself, a free run follows the whole recording: the
 /// state after the warm-up is right to a millionth of the range.
@@ -66,28 +66,8 @@ fn longer_horizons_are_harder_for_a_wrong_model() {
 /// own growth of errors lets them be.
 #[test]
 fn the_beginning_of_a_machine_that_runs_away_is_found() {
-    const STEP: f64 = 0.005;
-    let text = "name = \"inverted\"\n[[coordinate]]\nname = \"q\"\nvelocity = \"v\"\nunit = \"rad\"\n\
-        [[input]]\nname = \"u\"\n[recordings]\ninput_hold = \"zero-order\"\n\
-        [mechanics]\nmass = [[\"1\"]]\nforce = [\"40 * sin(q) + u\"]\n";
-    let model = Model::from_text(text, "model.toml").expect("a model");
-    let (plant, noise) = (System::new(&model), 0.003);
-    let (mut x, mut time, mut u) = (vec![0.1, 0.0], vec![], vec![]);
-    let mut q = vec![];
-    for k in 0..1500 {
-        let t = STEP * f64::from(k);
-        let goal = 0.5 * (1.3 * t).sin() + 0.2 * (4.1 * t).sin();
-        let held = 120.0 * (goal - x[0]) - 15.0 * x[1];
-        time.push(t);
-        u.push(held);
-        q.push(x[0]);
-        let path = rk4_sampled(&plant, &x, &[t, t + STEP], &[held, held], Hold::ZeroOrder, 8);
-        x.copy_from_slice(path.expect("it is held").state(1));
-    }
-    add_gaussian_noise(&mut q, noise, &mut rng(44, 0)).expect("a deviation");
-    let column = |name: &str, values: &[f64]| Column { name: name.into(), values: values.into() };
-    let columns = vec![column("q", &q), column("u", &u)];
-    let recording = Recording { name: "run".into(), time, columns };
+    let (model, noise) = (inverted(""), INVERTED_NOISE);
+    let recording = held_upright("run", &model, (0.5, 44));
     let dataset = Dataset::new(&model, &[recording]).expect("a dataset");
     let predictor = Predictor::new(&model, &dataset);
     assert!(predictor.integration().steps_a_sample <= 2, "{:?}", predictor.integration());
