@@ -28,6 +28,9 @@ const LIGHT: &str = "class = \"coulomb_friction\"\nchannel = \"elbow\"\nmagnitud
     coefficient = 0.25\n";
 /// What begins while the arm is at work.
 const STEP: &str = "class = \"step_change\"\nchannel = \"elbow\"\nforce = 0.2\ntime = 2.5\n";
+/// What swings on its own spring.
+const HUNG: &str = "class = \"hidden_resonance\"\nchannel = \"shoulder\"\nmass = 0.08\n\
+    frequency = 5.6\ndamping_ratio = 0.05\n";
 /// Rubber that the elbow runs into.
 const STOP: &str = "class = \"damped_stop\"\nchannel = \"elbow\"\nstiffness = 400\n\
     dissipation = 0.5\nposition = 0.44\nside = 1\n";
@@ -130,6 +133,21 @@ fn what_an_arm_lacks_that_falls_without_its_controller_is_named() {
     for (name, truth) in [("force", 0.2), ("time", 2.5)] {
         let (value, std) = parameter(found, name);
         assert!((value - truth).abs() < 4.0 * std && std < 0.02 * truth, "{name}: {found}");
+    }
+}
+
+/// What has a memory the forces that the measured motion needs do not tell: of what falls, filters do.
+#[test]
+fn what_hangs_on_an_arm_that_falls_without_its_controller_is_named() {
+    let bench = Bench::new(HUNG);
+    let runs: Vec<String> = (0..4).map(|run| bench.record_upright(run)).collect();
+    let diagnosis = bench.diagnosed_of("held.toml", &runs);
+    let found = finding(&diagnosis);
+    let named = (&found["class"], &found["channel"]);
+    assert_eq!(named, (&"hidden_resonance".into(), &"shoulder".into()));
+    for (name, truth) in [("mass", 0.08), ("frequency", 5.6)] {
+        let (value, std) = parameter(found, name);
+        assert!((value - truth).abs() < 4.0 * std && std < 0.05 * truth, "{name}: {found}");
     }
 }
 

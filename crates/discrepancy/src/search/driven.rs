@@ -222,7 +222,9 @@ impl<'p> Search<'p> {
         }
         let best = self.quieted_from(&tried.first()?.fit, base.noise.clone());
         let (noise, gone) = best.map_or((base.noise.clone(), false), |b| (b.fit.noise, b.gone));
-        let base = base.driven_by(noise.clone(), QUICK).ok()?;
+        // Without what the best of them explains, a filter that trusts the model may run away: it then stays under its
+        // own noise, the most likely for it.
+        let base = base.driven_by(noise.clone(), QUICK).unwrap_or_else(|_| base.clone());
         tried.truncate(self.decision.shortlist);
         let mut tried = each(tried, |f| f.driven_by(noise.clone(), QUICK));
         rank(&mut tried);
