@@ -56,8 +56,6 @@ impl Bench {
         std::fs::write(bench.path("arm.urdf"), arm).expect("a file");
         std::fs::write(bench.path("arm.xml"), MJCF).expect("a file");
         let effect = if effect.is_empty() { "" } else { &format!("[[effect]]\n{effect}") };
-        let file = "[robot]\nfile = \"arm.urdf\"\n[recordings]\ninput_hold = \"zero-order\"\n";
-        std::fs::write(bench.path("held.toml"), format!("name = \"arm\"\n{file}")).expect("a file");
         let truth = format!("name = \"truth\"\n[robot]\nfile = \"arm.urdf\"\n{effect}");
         std::fs::write(bench.path("truth.toml"), truth).expect("a file");
         bench
@@ -92,19 +90,23 @@ impl Bench {
         if self.torque_noise > 0.0 {
             add_gaussian_noise(&mut torques, self.torque_noise, &mut rng).expect("a deviation");
         }
+        self.write(&format!("run{run}.csv"), &times, &columns, &torques)
+    }
+
+    /// A recording: angles joint by joint, torques sample by sample.
+    fn write(&self, name: &str, times: &[f64], angles: &[Vec<f64>], torques: &[f64]) -> String {
         let mut text = String::from("t,shoulder,elbow,shoulder_torque,elbow_torque\n");
         for (k, t) in times.iter().enumerate() {
-            let (a, b) = (columns[0][k], columns[1][k]);
+            let (a, b) = (angles[0][k], angles[1][k]);
             writeln!(text, "{t},{a},{b},{},{}", torques[2 * k], torques[2 * k + 1]).expect("text");
         }
-        let name = format!("run{run}.csv");
-        std::fs::write(self.path(&name), text).expect("a file");
-        name
+        std::fs::write(self.path(name), text).expect("a file");
+        name.to_owned()
     }
 
     /// What would be recorded of the arm held upright, about whose place it moves slowly, by a controller that
     /// knows nothing of its weight: without it the arm falls.
-    pub fn record_upright(&self, run: u64) -> String {
+    fn record_upright(&self, run: u64) -> String {
         const STEP: f64 = 0.01;
         let truth = Model::read(&self.path("truth.toml")).expect("a model");
         let mut rng = rng(78, run);
@@ -124,7 +126,7 @@ impl Bench {
             let torque = |j: usize| [40.0, 8.0][j] * off(j) - [5.0, 0.3][j] * state[2 + j];
             let held = [torque(0), torque(1)];
             (0..2).for_each(|j| angles[j].push(state[j]));
-            torques.push(held);
+            torques.extend(held);
             let (span, values) = ([*t, *t + STEP], [held, held].concat());
             let input = SampledInput { times: &span, values: &values, hold: truth.hold };
             let step = rk4(&system, &state, &input, &span, 1e-3).expect("it does not diverge");
@@ -133,14 +135,7 @@ impl Bench {
         for joint in &mut angles {
             add_gaussian_noise(joint, 5e-4, &mut rng).expect("a deviation");
         }
-        let mut text = String::from("t,shoulder,elbow,shoulder_torque,elbow_torque\n");
-        for (k, t) in times.iter().enumerate() {
-            let ([a, b], [u, w]) = ([angles[0][k], angles[1][k]], torques[k]);
-            writeln!(text, "{t},{a},{b},{u},{w}").expect("text");
-        }
-        let name = format!("upright{run}.csv");
-        std::fs::write(self.path(&name), text).expect("a file");
-        name
+        self.write(&format!("upright{run}.csv"), &times, &angles, &torques)
     }
 
     pub fn run(&self, arguments: &[&str]) -> Output {
@@ -154,8 +149,16 @@ impl Bench {
         self.diagnosed_of("arm.urdf", &runs)
     }
 
+    /// The same of the arm held upright, torques as the controller holds them from sample to sample.
+    pub fn diagnosed_upright(&self) -> Value {
+        let held = "name = \"arm\"\n[robot]\nfile = \"arm.urdf\"\n[recordings]\ninput_hold = \"zero-order\"\n";
+        std::fs::write(self.path("held.toml"), held).expect("a file");
+        let runs: Vec<String> = (0..4).map(|run| self.record_upright(run)).collect();
+        self.diagnosed_of("held.toml", &runs)
+    }
+
     /// The same of recordings of which the last is held out.
-    pub fn diagnosed_of(&self, model: &str, runs: &[String]) -> Value {
+    fn diagnosed_of(&self, model: &str, runs: &[String]) -> Value {
         let (held_out, training) = runs.split_last().expect("recordings");
         let mut arguments = vec!["diagnose", model];
         arguments.extend(training.iter().map(String::as_str));

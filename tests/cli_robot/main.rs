@@ -122,33 +122,28 @@ fn a_robot_that_is_as_its_file_says_carries_nothing() {
     assert_eq!(written, ARM);
 }
 
+/// That what the arm lacks that falls without its controller is named, with its parameters as they are, each to a share.
+fn assert_named_upright(effect: &str, named: (&str, &str), parameters: [(&str, f64); 2], to: f64) {
+    let diagnosis = Bench::new(effect).diagnosed_upright();
+    let found = finding(&diagnosis);
+    assert_eq!((&found["class"], &found["channel"]), (&named.0.into(), &named.1.into()));
+    for (name, truth) in parameters {
+        let (value, std) = parameter(found, name);
+        assert!((value - truth).abs() < 4.0 * std && std < to * truth, "{name}: {found}");
+    }
+}
+
 /// Free runs of what falls run away whatever they lack: filters, which do not, find it.
 #[test]
 fn what_an_arm_lacks_that_falls_without_its_controller_is_named() {
-    let bench = Bench::new(STEP);
-    let runs: Vec<String> = (0..4).map(|run| bench.record_upright(run)).collect();
-    let diagnosis = bench.diagnosed_of("held.toml", &runs);
-    let found = finding(&diagnosis);
-    assert_eq!((&found["class"], &found["channel"]), (&"step_change".into(), &"elbow".into()));
-    for (name, truth) in [("force", 0.2), ("time", 2.5)] {
-        let (value, std) = parameter(found, name);
-        assert!((value - truth).abs() < 4.0 * std && std < 0.02 * truth, "{name}: {found}");
-    }
+    assert_named_upright(STEP, ("step_change", "elbow"), [("force", 0.2), ("time", 2.5)], 0.02);
 }
 
 /// What has a memory the forces that the measured motion needs do not tell: of what falls, filters do.
 #[test]
 fn what_hangs_on_an_arm_that_falls_without_its_controller_is_named() {
-    let bench = Bench::new(HUNG);
-    let runs: Vec<String> = (0..4).map(|run| bench.record_upright(run)).collect();
-    let diagnosis = bench.diagnosed_of("held.toml", &runs);
-    let found = finding(&diagnosis);
-    let named = (&found["class"], &found["channel"]);
-    assert_eq!(named, (&"hidden_resonance".into(), &"shoulder".into()));
-    for (name, truth) in [("mass", 0.08), ("frequency", 5.6)] {
-        let (value, std) = parameter(found, name);
-        assert!((value - truth).abs() < 4.0 * std && std < 0.05 * truth, "{name}: {found}");
-    }
+    let parameters = [("mass", 0.08), ("frequency", 5.6)];
+    assert_named_upright(HUNG, ("hidden_resonance", "shoulder"), parameters, 0.05);
 }
 
 /// A search that adds one effect a round would begin far from such a machine.

@@ -20,7 +20,8 @@
 //!    says beyond a simpler law, which must be no draw (`folds`). Recordings that are held out for
 //!    proof are not known here.
 //! 6. Where more than noise is left, all this once more beside noise that drives the machine, whose
-//!    intensities are found again with each effect; what predicts better stays (`driven`). Where that is no
+//!    intensities are found again with each effect; what predicts better stays (`driven`). Of a robot this comes
+//!    first, and is the end where it leaves nothing but noise of the outputs. Where that is no
 //!    answer either, the search is begun afresh, beside a constant force and along the measured motion (`afresh`).
 //! 7. A free curve over one variable that beats all that the catalogue offers is an unknown
 //!    function, unless one or two laws together follow it as well.
@@ -271,8 +272,8 @@ impl<'p> Search<'p> {
         let mut driven = None;
         if self.problem.is_robot() && !follows(&begun) {
             driven = self.search_driven(&begun, floor, &beside_noise);
-            if driven.as_ref().is_some_and(|found| self.explains(found)) {
-                return Ok(driven.expect("it is some"));
+            if let Some(found) = driven.take_if(|found| self.explains(found)) {
+                return Ok(found);
             }
         }
         let calibrated = self.calibrated_from(begun);
