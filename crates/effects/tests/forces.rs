@@ -87,7 +87,9 @@ fn laws_of_position_and_time_obey_their_formulas() {
     obeys("saturating_stiffness", &[4.0, 0.3], |p| -4.0 * 0.3 * p.q / p.q.hypot(0.3));
     obeys("gravity_torque", &[9.0], |p| -9.0 * p.q.sin());
     obeys("cogging", &[0.7, 6.0, 0.9], |p| 0.7 * (6.0 * p.q + 0.9).sin());
-    obeys("periodic_disturbance", &[0.5, 3.3, -2.1], |p| 0.5 * (3.3 * p.t - 2.1).sin());
+    obeys("periodic_disturbance", &[0.5, 3.3, -2.1, 0.7], |p| {
+        0.5 * (3.3 * (p.t - 0.7) - 2.1).sin()
+    });
     obeys("step_change", &[1.4, 2.9], |p| if p.t < 2.9 { 0.0 } else { 1.4 });
 }
 

@@ -115,7 +115,7 @@ fn stiffnesses_and_coefficients_follow() {
     let deg = slide("deg", INERTIA, "N m", "m*pi/180", "u");
     assert_eq!(of(&deg, "linear_stiffness"), ["N m/deg"]);
     assert_eq!(of(&deg, "cogging"), ["N m", "1/deg", "1"]);
-    assert_eq!(of(&deg, "periodic_disturbance"), ["N m", "rad/s", "1"]);
+    assert_eq!(of(&deg, "periodic_disturbance"), ["N m", "rad/s", "1", "s"]);
     let unsaid = slide("mm", "", "", "1", "u");
     assert_eq!(of(&unsaid, "linear_stiffness"), ["force/mm"]);
 }

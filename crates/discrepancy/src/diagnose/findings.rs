@@ -45,16 +45,17 @@ impl Ladder<'_> {
         let new = self.new_effect(e);
         let chosen = &self.found.chosen;
         let at_bound = chosen.effect_at_bound(chosen.hypothesis.own + k);
+        let is_fitted = chosen.effect_is_fitted(chosen.hypothesis.own + k);
         let parameters: BTreeMap<String, Estimate> = e
             .effect
             .values()
             .zip(&new.parameters)
-            .zip(&at_bound)
+            .zip(at_bound.iter().zip(is_fitted))
             .filter(|((p, _), _)| matches!(p.kind, Kind::Number))
-            .map(|((p, (value, std, unit)), &at_bound)| {
-                // What the data do not determine is uncertain by all of its value; the ends of a
-                // learned curve are chosen, not determined.
-                let std = std.unwrap_or(if e.over().is_some() { 0.0 } else { value.abs() });
+            .map(|((p, (value, std, unit)), (&at_bound, is_fitted))| {
+                // What the data do not determine is uncertain by all of its value; what was chosen, as the ends of
+                // a learned curve are, not at all.
+                let std = std.unwrap_or(if is_fitted { value.abs() } else { 0.0 });
                 let (value, unit) = (*value, unit.clone());
                 (p.name.to_owned(), Estimate { value, std, unit, at_bound })
             })

@@ -481,6 +481,14 @@ impl<'p> Fit<'p> {
         physical_std(e, &moved).iter().map(Option::is_some).collect()
     }
 
+    /// Which physical parameters of an effect were fitted; the others were chosen.
+    #[must_use]
+    pub fn effect_is_fitted(&self, effect: usize) -> Vec<bool> {
+        let moved = self.internal(effect, |_, f, _| f.sd);
+        let by = physical_std(&self.hypothesis.effects[effect], &moved);
+        by.iter().map(Option::is_some).collect()
+    }
+
     /// A standard deviation of each internal parameter of an effect, from one of its fitted value: of
     /// the entry of theta, what is free, the value.
     fn internal(&self, effect: usize, std: impl Fn(usize, &super::Free, f64) -> f64) -> Vec<f64> {

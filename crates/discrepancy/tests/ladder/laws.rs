@@ -167,6 +167,24 @@ fn a_disturbance_that_repeats_often() {
     names(&d, "periodic_disturbance", "q", &truth);
 }
 
+/// In a log that counts seconds since 1970 the phase is told where the recordings begin: that of 1970 no frequency is
+/// known well enough to tell.
+#[test]
+fn a_disturbance_in_seconds_since_1970() {
+    let truth = effect(
+        "periodic_disturbance",
+        "q",
+        "amplitude = 0.5\nangular_frequency = 9.3\nphase = 1.0",
+    );
+    let mut recordings = ON_PENDULUM.record(&ON_PENDULUM.truth(&truth), 371, 3);
+    recordings.iter_mut().flat_map(|r| &mut r.time).for_each(|t| *t += 1.7e9);
+    let d = diagnosed(&ON_PENDULUM.model(), &recordings).diagnosis;
+    let truth = [("amplitude", 0.5), ("angular_frequency", 9.3), ("phase", 1.0)];
+    names(&d, "periodic_disturbance", "q", &truth);
+    let begin = &d.findings[0].parameters["begin"];
+    assert_eq!((begin.value, begin.std), (1.7e9, 0.0), "it was chosen, not determined");
+}
+
 /// What the knots of a curve cannot follow is neither an offset of the sensor nor another law.
 #[test]
 fn what_a_curve_cannot_follow_is_no_further_law() {
