@@ -475,18 +475,21 @@ impl<'p> Fit<'p> {
     /// Which physical parameters of an effect are told by one that lies on a bound of what was tried.
     #[must_use]
     pub fn effect_at_bound(&self, effect: usize) -> Vec<bool> {
-        let e = &self.hypothesis.effects[effect];
-        let at_bound = |f: &super::Free, fitted: f64| f.is_at_bound(fitted).then_some(f.sd);
-        let moved = self.internal(effect, |_, f, fitted| at_bound(f, fitted).unwrap_or(0.0));
-        physical_std(e, &moved).iter().map(Option::is_some).collect()
+        self.told_by(effect, super::Free::is_at_bound)
     }
 
     /// Which physical parameters of an effect were fitted; the others were chosen.
     #[must_use]
     pub fn effect_is_fitted(&self, effect: usize) -> Vec<bool> {
-        let moved = self.internal(effect, |_, f, _| f.sd);
-        let by = physical_std(&self.hypothesis.effects[effect], &moved);
-        by.iter().map(Option::is_some).collect()
+        self.told_by(effect, |_, _| true)
+    }
+
+    /// Which physical parameters of an effect move with what is free and `counts` with its fitted value.
+    fn told_by(&self, effect: usize, counts: impl Fn(&super::Free, f64) -> bool) -> Vec<bool> {
+        let sd = |f: &super::Free, fitted: f64| if counts(f, fitted) { f.sd } else { 0.0 };
+        let moved = self.internal(effect, |_, f, fitted| sd(f, fitted));
+        let told = physical_std(&self.hypothesis.effects[effect], &moved);
+        told.iter().map(Option::is_some).collect()
     }
 
     /// A standard deviation of each internal parameter of an effect, from one of its fitted value: of
