@@ -8,7 +8,10 @@ use crate::diagnosis::Integration;
 use crate::trajectories::SmoothedRecording;
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::Substeps;
-use lacuna_plants::model::{Measured, ModelEffect, Observation, SeriesEffect, sensed};
+use lacuna_plants::model::{
+    Measured, ModelEffect, Observation, SeriesEffect, StepInput, Strand, Workspace,
+    advance_together, sensed,
+};
 use lacuna_plants::{Model, System};
 use std::ops::Range;
 
@@ -205,37 +208,61 @@ impl<'a> Predictor<'a> {
         budget: usize,
         model: &InNumbers<T>,
         driven: &Driven,
-        (range, substeps): (Range<usize>, Substeps),
+        steps: (Range<usize>, Substeps),
         state: &mut [T],
     ) -> (Vec<Vec<T>>, usize) {
+        let mut room = [Room::of(model, self.weights.len(), &steps.0)];
+        self.run_strands(budget, model, driven, steps, (&mut room, &mut [state]));
+        let [Room { outputs, workspace, .. }] = room;
+        (outputs, workspace.steps())
+    }
+
+    /// Runs side by side, each with room of its own, from states of the same values that carry different directions.
+    fn run_strands<T: Number>(
+        &self,
+        budget: usize,
+        model: &InNumbers<T>,
+        driven: &Driven,
+        (range, substeps): (Range<usize>, Substeps),
+        (rooms, states): (&mut [Room<T>], &mut [&mut [T]]),
+    ) {
         let Driven { observed, effective } = driven;
         let times = &observed.times[range.clone()];
-        let mut workspace = model.system.workspace();
-        let count = self.weights.len();
-        let mut outputs = vec![vec![T::constant(f64::NAN); times.len()]; count];
-        let mut y = vec![T::constant(0.0); count];
         let series = (&observed.times[..], &effective[..]);
         let inputs = self.model.inputs_along(series, range, substeps.count);
         let mut u = vec![T::constant(0.0); self.model.input_width()];
         for at in 0..times.len() {
-            if !state.iter().all(|x| x.value().is_finite()) {
+            if !states[0].iter().all(|x| x.value().is_finite()) {
                 break;
             }
             inputs.sample_in(at, &mut u);
-            model.system.impose(&u, state);
-            self.observation.evaluate(&model.system, times[at], state, &u, &mut y);
-            outputs.iter_mut().zip(&y).for_each(|(series, y)| series[at] = *y);
-            if at + 1 == times.len() || workspace.steps() > budget {
+            for (Room { outputs, y, .. }, state) in rooms.iter_mut().zip(&mut *states) {
+                model.system.impose(&u, state);
+                self.observation.evaluate(&model.system, times[at], state, &u, y);
+                outputs.iter_mut().zip(y).for_each(|(series, y)| series[at] = *y);
+            }
+            if at + 1 == times.len() || rooms[0].workspace.steps() > budget {
                 break;
             }
             let (span, input) = ((times[at], times[at + 1]), inputs.step_in(at));
-            model.system.advance(&mut workspace, span, input, substeps, state);
+            let mut strands = rooms
+                .iter_mut()
+                .zip(&mut *states)
+                .map(|(room, state)| room.strand(model, input, state));
+            match (strands.next(), strands.next()) {
+                (Some(alone), None) => advance_together(&mut [alone], span, substeps),
+                (first, second) => {
+                    let all = first.into_iter().chain(second).chain(strands);
+                    advance_together(&mut all.collect::<Vec<_>>(), span, substeps);
+                }
+            }
         }
-        for (series, output) in outputs.iter_mut().zip(&self.dataset.outputs) {
-            let Measured::State(entry) = output.of else { continue };
-            *series = sensed(&model.sensors, entry, times, std::mem::take(series));
+        for Room { outputs, .. } in rooms {
+            for (series, output) in outputs.iter_mut().zip(&self.dataset.outputs) {
+                let Measured::State(entry) = output.of else { continue };
+                *series = sensed(&model.sensors, entry, times, std::mem::take(series));
+            }
         }
-        (outputs, workspace.steps())
     }
 
     /// A first guess of the state at a sample: what is measured there, velocities as slopes
@@ -337,20 +364,53 @@ impl Runner for Driving<'_, '_> {
         self.predictor.run(plain, self.driven, steps, &mut x0.to_vec())
     }
 
-    /// Exact: the entries of the state in the lanes of dual numbers.
+    /// Exact: the entries of the state in the lanes of dual numbers, strands of them side by side.
     fn run_along(&self, range: Range<usize>, x0: &[f64], _here: &Series) -> Vec<Series> {
-        let along = |first: usize| {
-            let seed = |(i, x): (usize, &f64)| Dual::among(*x, i, first);
-            let mut state: Vec<Dual> = x0.iter().enumerate().map(seed).collect();
-            let steps = (range.clone(), self.predictor.integration.substeps());
-            let outputs = self.predictor.run(&self.dual, self.driven, steps, &mut state);
-            let lane = |l: usize| -> Series {
-                let of = |series: &Vec<Dual>| series.iter().map(|y| y.tangent[l]).collect();
-                outputs.iter().map(of).collect()
-            };
-            (0..LANES.min(x0.len() - first)).map(lane).collect::<Vec<_>>()
+        let Self { predictor, driven, dual } = self;
+        let seeded = |first: usize| -> Vec<Dual> {
+            x0.iter().enumerate().map(|(i, x)| Dual::among(*x, i, first)).collect()
         };
-        (0..x0.len()).step_by(LANES).flat_map(along).collect()
+        let mut states: Vec<_> = (0..x0.len()).step_by(LANES).map(seeded).collect();
+        let outputs = predictor.weights.len();
+        let mut rooms: Vec<_> = states.iter().map(|_| Room::of(dual, outputs, &range)).collect();
+        let mut states: Vec<&mut [Dual]> = states.iter_mut().map(|s| &mut s[..]).collect();
+        let steps = (range, predictor.integration.substeps());
+        predictor.run_strands(usize::MAX, dual, driven, steps, (&mut rooms, &mut states));
+        let along = |i: usize| -> Series {
+            let lane = |series: &Vec<Dual>| series.iter().map(|y| y.tangent[i % LANES]).collect();
+            rooms[i / LANES].outputs.iter().map(lane).collect()
+        };
+        (0..x0.len()).map(along).collect()
+    }
+}
+
+/// What a run needs and leaves.
+struct Room<T: Number> {
+    workspace: Workspace<T>,
+    /// The outputs at a sample.
+    y: Vec<T>,
+    /// Their series; NaN from where the run has diverged.
+    outputs: Vec<Vec<T>>,
+}
+
+impl<T: Number> Room<T> {
+    /// For a run of so many outputs over a range.
+    fn of(model: &InNumbers<T>, outputs: usize, range: &Range<usize>) -> Self {
+        Self {
+            workspace: model.system.workspace(),
+            y: vec![T::constant(0.0); outputs],
+            outputs: vec![vec![T::constant(f64::NAN); range.len()]; outputs],
+        }
+    }
+
+    /// The step from a state.
+    fn strand<'r>(
+        &'r mut self,
+        model: &'r InNumbers<T>,
+        inputs: StepInput<'r, T>,
+        state: &'r mut [T],
+    ) -> Strand<'r, T> {
+        Strand { system: &model.system, workspace: &mut self.workspace, inputs, state }
     }
 }
 
@@ -372,4 +432,84 @@ fn line(times: &[f64], values: &[f64]) -> (f64, f64) {
     let sty: f64 = points.iter().map(|p| (p.0 - mt) * (p.1 - my)).sum();
     let slope = if stt > 0.0 { sty / stt } else { 0.0 };
     (my - slope * mt, slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::state::Runner;
+    use super::{Driving, LANES, Predictor, Range, Series};
+    use crate::dataset::{Dataset, Observed};
+    use lacuna_plants::Model;
+    use lacuna_recordings::{Column, Recording};
+
+    /// The same runs, which know of no derivatives.
+    struct Differences<'d>(&'d Driving<'d, 'd>);
+
+    impl Runner for Differences<'_> {
+        fn observed(&self) -> &Observed {
+            self.0.observed()
+        }
+
+        fn weights(&self) -> &[f64] {
+            self.0.weights()
+        }
+
+        fn guess(&self, at: usize) -> Vec<f64> {
+            self.0.guess(at)
+        }
+
+        fn run(&self, range: Range<usize>, x0: &[f64]) -> Series {
+            self.0.run(range, x0)
+        }
+    }
+
+    /// Five masses, each on a hard spring to the one before it: more entries of the state than a number has lanes.
+    fn masses() -> Model {
+        let coordinate = |k| format!("[[coordinate]]\nname = \"q{k}\"\nvelocity = \"v{k}\"\n");
+        let row =
+            |k| (0..5).map(|j| if j == k { "\"1\", " } else { "\"0\", " }).collect::<String>();
+        let force = |k: usize| match k {
+            0 => "\"-q0 - q0^3\", ".into(),
+            k => format!("\"-2 * (q{k} - q{j})^3 - 0.1 * v{k}\", ", j = k - 1),
+        };
+        let all = |of: &dyn Fn(usize) -> String| (0..5).map(of).collect::<String>();
+        let mass = all(&|k| format!("[{}], ", row(k)));
+        let text = format!(
+            "name = \"masses\"\n{}[mechanics]\nmass = [{mass}]\nforce = [{}]\n",
+            all(&coordinate),
+            all(&force)
+        );
+        Model::from_text(&text, "model.toml").expect("a model")
+    }
+
+    #[test]
+    fn derivatives_of_runs_are_those_by_every_entry_of_the_state() {
+        let model = masses();
+        let time: Vec<f64> = (0..120).map(|k| 0.02 * f64::from(k)).collect();
+        let column = |k: usize| Column {
+            name: format!("q{k}"),
+            values: time.iter().map(|t| (t * (1.0 + k as f64)).sin()).collect(),
+        };
+        let recording = Recording {
+            name: "run".into(),
+            columns: (0..5).map(column).collect(),
+            time: time.clone(),
+        };
+        let dataset = Dataset::new(&model, &[recording]).expect("a dataset");
+        let predictor = Predictor::new(&model, &dataset);
+        let driven = predictor.drive(&dataset.recordings[0]);
+        let driving = predictor.driving(&driven);
+        let x0: Vec<f64> = (0..10).map(|i| 0.3 + 0.1 * f64::from(i)).collect();
+        assert!(x0.len() > LANES);
+        let here = driving.run(0..60, &x0);
+        let exact = driving.run_along(0..60, &x0, &here);
+        let differences = Differences(&driving).run_along(0..60, &x0, &here);
+        assert_eq!((exact.len(), exact[0].len(), exact[0][0].len()), (10, 5, 60));
+        let values = |all: &[Series]| all.iter().flatten().flatten().copied().collect::<Vec<_>>();
+        for (exact, difference) in values(&exact).iter().zip(values(&differences)) {
+            assert!((exact - difference).abs() < 1e-4, "{exact} {difference}");
+        }
+        // Each entry moves something.
+        assert!(exact.iter().all(|by| by.iter().flatten().any(|d| d.abs() > 0.1)));
+    }
 }

@@ -51,6 +51,13 @@ pub(super) trait Runner: Sync {
 /// is below.
 const BELIEVED: f64 = 1e-3;
 
+/// A fit is done where a step takes off less than this share of the squares that it leaves: errors change by half of
+/// it.
+const CONVERGED: f64 = 1e-4;
+
+/// The same of a fit that another one begins with.
+const BEGUN: f64 = 1e-2;
+
 /// First share of a range that is fitted where the whole of it leads a fit astray: one in so many.
 const SHORTEST: usize = 8;
 
@@ -71,7 +78,7 @@ impl Fitted {
 /// What is unstable runs from a guess where no step leads back: where the whole range leaves more than noise it is
 /// fitted once more by parts that grow, each from where the one before it was best, and the better stays.
 fn fit_state(runner: &impl Runner, range: &Range<usize>, guess: Vec<f64>) -> Fitted {
-    let at_once = fit_from(runner, range, guess.clone());
+    let at_once = fit_from(runner, range, guess.clone(), CONVERGED);
     let noise = Decision::default().explained * at_once.rest.len() as f64;
     if at_once.rest.norm_squared() <= noise {
         return at_once;
@@ -79,13 +86,13 @@ fn fit_state(runner: &impl Runner, range: &Range<usize>, guess: Vec<f64>) -> Fit
     let shares = std::iter::successors(Some(SHORTEST), |share| Some(share / 2).filter(|s| *s > 1));
     let begun = shares.fold(guess, |x, share| {
         let end = range.start + (range.len() / share).max(2).min(range.len());
-        fit_from(runner, &(range.start..end), x).x
+        fit_from(runner, &(range.start..end), x, BEGUN).x
     });
-    at_once.or_better(fit_from(runner, range, begun))
+    at_once.or_better(fit_from(runner, range, begun, CONVERGED))
 }
 
-/// The same by Levenberg and Marquardt, on the state alone.
-fn fit_from(runner: &impl Runner, range: &Range<usize>, guess: Vec<f64>) -> Fitted {
+/// The same by Levenberg and Marquardt, on the state alone, until steps take off less than a share of what is left.
+fn fit_from(runner: &impl Runner, range: &Range<usize>, guess: Vec<f64>, converged: f64) -> Fitted {
     let mut x = guess;
     let mut here = runner.run(range.clone(), &x);
     let mut rest = residual(runner, range, &here);
@@ -95,7 +102,7 @@ fn fit_from(runner: &impl Runner, range: &Range<usize>, guess: Vec<f64>) -> Fitt
         let gradient = jacobian.tr_mul(&rest);
         let normal = jacobian.tr_mul(&jacobian);
         let before = rest.norm_squared();
-        let least = 1e-4 * before.min(1e3);
+        let least = converged * before;
         let mut improved = false;
         for attempt in 0..8 {
             let Some(step) = damped_step(&normal, &gradient, damping) else { break };
