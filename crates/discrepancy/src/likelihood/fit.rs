@@ -114,13 +114,12 @@ impl Windowed {
     }
 
     /// The windows that are `marked`, with those of the same recordings that memory runs through;
-    /// and which of them are not marked.
-    fn part(&self, marked: &[bool]) -> (Self, Vec<bool>) {
+    /// and which they are.
+    pub(super) fn part(&self, marked: &[bool]) -> (Self, Vec<usize>) {
         let mut part = self.clone();
-        let (mut silent, mut first) = (vec![], 0);
+        let (mut kept, mut first) = (vec![], 0);
         for (windows, starts) in part.windows.iter_mut().zip(&mut part.starts) {
             let own = &marked[first..first + windows.len()];
-            first += own.len();
             let whole = !starts.memory.is_empty() && own.contains(&true);
             let stays: Vec<usize> = (0..own.len()).filter(|&k| whole || own[k]).collect();
             *windows = stays.iter().map(|&k| windows[k].clone()).collect();
@@ -128,9 +127,10 @@ impl Windowed {
             if windows.is_empty() {
                 starts.memory.clear();
             }
-            silent.extend(stays.iter().map(|&k| !own[k]));
+            kept.extend(stays.iter().map(|&k| first + k));
+            first += own.len();
         }
-        (part, silent)
+        (part, kept)
     }
 
     /// The same for effects whose memory begins at rest where it did not exist before.
@@ -311,29 +311,6 @@ impl<'p> Fit<'p> {
         Minimisation { anchored: true, ..minimisation }.run(effort)
     }
 
-    /// Residuals of the windows marked in `left_out`, which are predicted: theta is fitted as if
-    /// they had not been recorded, then their states, and they alone.
-    ///
-    /// # Errors
-    /// [`FitError`].
-    pub fn predicted(&self, left_out: &[bool], effort: Effort) -> Result<Vec<Vec<f64>>, FitError> {
-        self.foretold(self.learned_without(left_out, effort)?, left_out)
-    }
-
-    /// The hypothesis with theta fitted as if the windows marked in `left_out` had not been recorded.
-    ///
-    /// # Errors
-    /// [`FitError`].
-    pub fn learned_without(
-        &self,
-        left_out: &[bool],
-        effort: Effort,
-    ) -> Result<Hypothesis, FitError> {
-        let known: Vec<bool> = left_out.iter().map(|out| !out).collect();
-        let moved = self.in_part(self.hypothesis.clone(), &known, self.substeps, effort)?;
-        Ok(moved.hypothesis)
-    }
-
     /// Residuals of the windows that are marked, in which only the states are fitted.
     ///
     /// # Errors
@@ -371,7 +348,8 @@ impl<'p> Fit<'p> {
         substeps: Substeps,
         effort: Effort,
     ) -> Result<Self, FitError> {
-        let (windowed, left_out) = self.windows_for(&hypothesis).part(marked);
+        let (windowed, kept) = self.windows_for(&hypothesis).part(marked);
+        let left_out = kept.into_iter().map(|k| !marked[k]).collect();
         let minimisation = Minimisation::new(self.problem, hypothesis, windowed, substeps);
         Minimisation { left_out, noise: self.noise.clone(), ..minimisation }.run(effort)
     }
@@ -391,7 +369,7 @@ impl<'p> Fit<'p> {
     }
 
     /// The windows for another hypothesis, the memory of new effects at rest.
-    fn windows_for(&self, h: &Hypothesis) -> Windowed {
+    pub(super) fn windows_for(&self, h: &Hypothesis) -> Windowed {
         self.kept_memory(h).fitted_to(self.problem, h)
     }
 

@@ -33,9 +33,10 @@ pub(super) struct Minimisation<'p> {
     pub left_out: Vec<bool>,
     /// What drives the machine beside what was recorded.
     pub noise: Option<Arc<ProcessNoise>>,
-    /// A filter a window, recording by recording, made where the minimisation begins.
+    /// A filter a window, recording by recording, made where the minimisation begins if they are not given.
     pub filters: Vec<Vec<Filter>>,
-    /// The windows where it begins, where they are linearised already and no noise drives the machine.
+    /// The windows where it begins, where they are linearised already: along those filters, if noise drives the
+    /// machine.
     pub known: Option<Linearised>,
 }
 
@@ -67,6 +68,14 @@ pub(super) struct Linearised {
     pub residuals: Arc<[Vec<f64>]>,
 }
 
+/// Where a minimisation begins.
+pub(super) struct Begun {
+    pub hypothesis: Hypothesis,
+    pub windowed: Windowed,
+    pub filters: Vec<Vec<Filter>>,
+    pub linearised: Linearised,
+}
+
 impl<'p> Minimisation<'p> {
     /// Of theta and the states of all windows, no noise driving the machine.
     pub(super) fn new(
@@ -83,9 +92,8 @@ impl<'p> Minimisation<'p> {
     /// Minimise.
     pub(super) fn run(mut self, effort: Effort) -> Result<Fit<'p>, FitError> {
         let mut theta = self.hypothesis.theta();
-        self.make_filters()?;
         let mut trust = Trust { damping: BELIEVED, at_once: true };
-        let mut here = self.known.take().map_or_else(|| self.linearise(), Ok)?;
+        let mut here = self.begin()?;
         let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
             if self.problem.is_cancelled() {
@@ -109,6 +117,21 @@ impl<'p> Minimisation<'p> {
             }
         }
         self.result(&theta, here, end)
+    }
+
+    /// The windows where it begins, linearised along filters that are made there, as far as these are not known.
+    fn begin(&mut self) -> Result<Linearised, FitError> {
+        if self.filters.is_empty() {
+            self.make_filters()?;
+        }
+        self.known.take().map_or_else(|| self.linearise(), Ok)
+    }
+
+    /// What minimisations of parts of its windows begin with, too.
+    pub(super) fn begun(mut self) -> Result<Begun, FitError> {
+        let linearised = self.begin()?;
+        let Self { hypothesis, windowed, filters, .. } = self;
+        Ok(Begun { hypothesis, windowed, filters, linearised })
     }
 
     /// Take one step that lowers the objective, shorter and shorter ones being tried. None is taken

@@ -42,7 +42,12 @@ impl LeftOut {
     /// Leave out each fold of a fit's windows in turn; what has no parts has no folds.
     pub(super) fn of(fit: &Fit) -> Self {
         let Ok(parts) = in_parts(fit) else { return Self { temperature: 1.0, folds: vec![] } };
-        let ask = |windows: Vec<bool>| Fold { residuals: parts.predicted(&windows, FEW), windows };
+        let leaving = parts.leaving_out();
+        let residuals = |windows: &[bool]| match &leaving {
+            Ok(leaving) => leaving.predicted(windows, FEW),
+            Err(error) => Err(error.clone()),
+        };
+        let ask = |windows: Vec<bool>| Fold { residuals: residuals(&windows), windows };
         let folds = folds(&parts).into_par_iter().map(ask).collect();
         Self { temperature: parts.temperature(), folds }
     }
@@ -58,7 +63,8 @@ impl LeftOut {
     ) -> bool {
         let ahead = with.gain_over(without);
         let Ok(without) = in_parts(without) else { return false };
-        let plain = self.folds.par_iter().map(|fold| without.predicted(&fold.windows, FEW).ok());
+        let Ok(leaving) = without.leaving_out() else { return false };
+        let plain = self.folds.par_iter().map(|fold| leaving.predicted(&fold.windows, FEW).ok());
         let plain: Vec<Option<Vec<Vec<f64>>>> = plain.collect();
         let mut total = Said::default();
         for (plain, fold) in plain.into_iter().zip(&self.folds) {
@@ -103,8 +109,9 @@ impl Search<'_> {
         let parts = in_parts(fit)?;
         let held = fit.refit(fit.hypothesis.clone().held(), STILL)?.undriven(LEVEL, STILL)?;
         let (mut squares, mut count) = (0.0, 0);
+        let leaving = parts.leaving_out()?;
         for (out, asked) in folds(&parts).iter().zip(&folds(&held)) {
-            let learned = parts.learned_without(out, FEW)?;
+            let learned = leaving.learned_without(out, FEW)?;
             for residual in held.foretold(learned, asked)? {
                 squares += residual.iter().map(|r| r * r).sum::<f64>();
                 count += residual.len();
