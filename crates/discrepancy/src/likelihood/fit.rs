@@ -213,10 +213,15 @@ impl<'p> Fit<'p> {
     pub fn further(&self, effort: Effort) -> Result<Self, FitError> {
         let (h, windowed) = (self.hypothesis.clone(), self.windowed.clone());
         let steps = self.problem.substeps(&h.parameters, &h.effects, self.noise.is_some());
-        let known = self.linearised.clone().filter(|_| steps == self.substeps);
-        let known = known.map(|blocks| Linearised { blocks, residuals: self.residuals.clone() });
+        let known = self.known().filter(|_| steps == self.substeps);
         let begun = begun(self.problem, h, windowed, (self.noise.clone(), steps));
         Minimisation { known, ..begun }.run(effort)
+    }
+
+    /// Its windows as they were linearised where it ended, where the same fit can go on from there.
+    pub(super) fn known(&self) -> Option<Linearised> {
+        let blocks = self.linearised.clone()?;
+        Some(Linearised { blocks, residuals: self.residuals.clone() })
     }
 
     /// The same fit along paths that are integrated in finer steps, where it goes astray in its own: its parameters
@@ -369,7 +374,7 @@ impl<'p> Fit<'p> {
     }
 
     /// The windows for another hypothesis, the memory of new effects at rest.
-    pub(super) fn windows_for(&self, h: &Hypothesis) -> Windowed {
+    fn windows_for(&self, h: &Hypothesis) -> Windowed {
         self.kept_memory(h).fitted_to(self.problem, h)
     }
 

@@ -68,14 +68,6 @@ pub(super) struct Linearised {
     pub residuals: Arc<[Vec<f64>]>,
 }
 
-/// Where a minimisation begins.
-pub(super) struct Begun {
-    pub hypothesis: Hypothesis,
-    pub windowed: Windowed,
-    pub filters: Vec<Vec<Filter>>,
-    pub linearised: Linearised,
-}
-
 impl<'p> Minimisation<'p> {
     /// Of theta and the states of all windows, no noise driving the machine.
     pub(super) fn new(
@@ -120,18 +112,11 @@ impl<'p> Minimisation<'p> {
     }
 
     /// The windows where it begins, linearised along filters that are made there, as far as these are not known.
-    fn begin(&mut self) -> Result<Linearised, FitError> {
+    pub(super) fn begin(&mut self) -> Result<Linearised, FitError> {
         if self.filters.is_empty() {
             self.make_filters()?;
         }
         self.known.take().map_or_else(|| self.linearise(), Ok)
-    }
-
-    /// What minimisations of parts of its windows begin with, too.
-    pub(super) fn begun(mut self) -> Result<Begun, FitError> {
-        let linearised = self.begin()?;
-        let Self { hypothesis, windowed, filters, .. } = self;
-        Ok(Begun { hypothesis, windowed, filters, linearised })
     }
 
     /// Take one step that lowers the objective, shorter and shorter ones being tried. None is taken

@@ -211,20 +211,20 @@ impl<'a> Predictor<'a> {
         steps: (Range<usize>, Substeps),
         state: &mut [T],
     ) -> (Vec<Vec<T>>, usize) {
-        let mut room = [Room::of(model, self.weights.len(), &steps.0)];
-        self.run_strands(budget, model, driven, steps, (&mut room, &mut [state]));
-        let [Room { outputs, workspace, .. }] = room;
+        let mut alone = [Way::of(model, (self.weights.len(), steps.0.len()), state)];
+        self.run_together(budget, model, driven, steps, &mut alone);
+        let [Way { outputs, workspace, .. }] = alone;
         (outputs, workspace.steps())
     }
 
-    /// Runs side by side, each with room of its own, from states of the same values that carry different directions.
-    fn run_strands<T: Number>(
+    /// Runs side by side, from states of the same values that carry different directions.
+    fn run_together<T: Number>(
         &self,
         budget: usize,
         model: &InNumbers<T>,
         driven: &Driven,
         (range, substeps): (Range<usize>, Substeps),
-        (rooms, states): (&mut [Room<T>], &mut [&mut [T]]),
+        ways: &mut [Way<T>],
     ) {
         let Driven { observed, effective } = driven;
         let times = &observed.times[range.clone()];
@@ -232,32 +232,28 @@ impl<'a> Predictor<'a> {
         let inputs = self.model.inputs_along(series, range, substeps.count);
         let mut u = vec![T::constant(0.0); self.model.input_width()];
         for at in 0..times.len() {
-            if !states[0].iter().all(|x| x.value().is_finite()) {
+            if !ways[0].state.iter().all(|x| x.value().is_finite()) {
                 break;
             }
             inputs.sample_in(at, &mut u);
-            for (Room { outputs, y, .. }, state) in rooms.iter_mut().zip(&mut *states) {
+            for Way { state, y, outputs, .. } in &mut *ways {
                 model.system.impose(&u, state);
                 self.observation.evaluate(&model.system, times[at], state, &u, y);
                 outputs.iter_mut().zip(y).for_each(|(series, y)| series[at] = *y);
             }
-            if at + 1 == times.len() || rooms[0].workspace.steps() > budget {
+            if at + 1 == times.len() || ways[0].workspace.steps() > budget {
                 break;
             }
             let (span, input) = ((times[at], times[at + 1]), inputs.step_in(at));
-            let mut strands = rooms
-                .iter_mut()
-                .zip(&mut *states)
-                .map(|(room, state)| room.strand(model, input, state));
-            match (strands.next(), strands.next()) {
-                (Some(alone), None) => advance_together(&mut [alone], span, substeps),
-                (first, second) => {
-                    let all = first.into_iter().chain(second).chain(strands);
-                    advance_together(&mut all.collect::<Vec<_>>(), span, substeps);
+            match &mut *ways {
+                [alone] => advance_together(&mut [alone.strand(model, input)], span, substeps),
+                ways => {
+                    let strands = ways.iter_mut().map(|way| way.strand(model, input));
+                    advance_together(&mut strands.collect::<Vec<_>>(), span, substeps);
                 }
             }
         }
-        for Room { outputs, .. } in rooms {
+        for Way { outputs, .. } in ways {
             for (series, output) in outputs.iter_mut().zip(&self.dataset.outputs) {
                 let Measured::State(entry) = output.of else { continue };
                 *series = sensed(&model.sensors, entry, times, std::mem::take(series));
@@ -371,21 +367,21 @@ impl Runner for Driving<'_, '_> {
             x0.iter().enumerate().map(|(i, x)| Dual::among(*x, i, first)).collect()
         };
         let mut states: Vec<_> = (0..x0.len()).step_by(LANES).map(seeded).collect();
-        let outputs = predictor.weights.len();
-        let mut rooms: Vec<_> = states.iter().map(|_| Room::of(dual, outputs, &range)).collect();
-        let mut states: Vec<&mut [Dual]> = states.iter_mut().map(|s| &mut s[..]).collect();
+        let size = (predictor.weights.len(), range.len());
+        let mut ways: Vec<_> = states.iter_mut().map(|x| Way::of(dual, size, x)).collect();
         let steps = (range, predictor.integration.substeps());
-        predictor.run_strands(usize::MAX, dual, driven, steps, (&mut rooms, &mut states));
+        predictor.run_together(usize::MAX, dual, driven, steps, &mut ways);
         let along = |i: usize| -> Series {
             let lane = |series: &Vec<Dual>| series.iter().map(|y| y.tangent[i % LANES]).collect();
-            rooms[i / LANES].outputs.iter().map(lane).collect()
+            ways[i / LANES].outputs.iter().map(lane).collect()
         };
         (0..x0.len()).map(along).collect()
     }
 }
 
-/// What a run needs and leaves.
-struct Room<T: Number> {
+/// A run on its way.
+struct Way<'s, T: Number> {
+    state: &'s mut [T],
     workspace: Workspace<T>,
     /// The outputs at a sample.
     y: Vec<T>,
@@ -393,24 +389,24 @@ struct Room<T: Number> {
     outputs: Vec<Vec<T>>,
 }
 
-impl<T: Number> Room<T> {
-    /// For a run of so many outputs over a range.
-    fn of(model: &InNumbers<T>, outputs: usize, range: &Range<usize>) -> Self {
+impl<'s, T: Number> Way<'s, T> {
+    /// From a state, of so many outputs over so many samples.
+    fn of(model: &InNumbers<T>, (outputs, samples): (usize, usize), state: &'s mut [T]) -> Self {
         Self {
+            state,
             workspace: model.system.workspace(),
             y: vec![T::constant(0.0); outputs],
-            outputs: vec![vec![T::constant(f64::NAN); range.len()]; outputs],
+            outputs: vec![vec![T::constant(f64::NAN); samples]; outputs],
         }
     }
 
-    /// The step from a state.
-    fn strand<'r>(
-        &'r mut self,
-        model: &'r InNumbers<T>,
-        inputs: StepInput<'r, T>,
-        state: &'r mut [T],
-    ) -> Strand<'r, T> {
-        Strand { system: &model.system, workspace: &mut self.workspace, inputs, state }
+    /// The step that leaves a sample.
+    fn strand<'w>(
+        &'w mut self,
+        model: &'w InNumbers<T>,
+        inputs: StepInput<'w, T>,
+    ) -> Strand<'w, T> {
+        Strand { system: &model.system, workspace: &mut self.workspace, inputs, state: self.state }
     }
 }
 
@@ -490,11 +486,8 @@ mod tests {
             name: format!("q{k}"),
             values: time.iter().map(|t| (t * (1.0 + k as f64)).sin()).collect(),
         };
-        let recording = Recording {
-            name: "run".into(),
-            columns: (0..5).map(column).collect(),
-            time: time.clone(),
-        };
+        let columns = (0..5).map(column).collect();
+        let recording = Recording { name: "run".into(), columns, time };
         let dataset = Dataset::new(&model, &[recording]).expect("a dataset");
         let predictor = Predictor::new(&model, &dataset);
         let driven = predictor.drive(&dataset.recordings[0]);

@@ -43,11 +43,10 @@ impl LeftOut {
     pub(super) fn of(fit: &Fit) -> Self {
         let Ok(parts) = in_parts(fit) else { return Self { temperature: 1.0, folds: vec![] } };
         let leaving = parts.leaving_out();
-        let residuals = |windows: &[bool]| match &leaving {
-            Ok(leaving) => leaving.predicted(windows, FEW),
-            Err(error) => Err(error.clone()),
+        let ask = |windows: Vec<bool>| {
+            let leaving = leaving.as_ref().map_err(FitError::clone);
+            Fold { residuals: leaving.and_then(|l| l.predicted(&windows, FEW)), windows }
         };
-        let ask = |windows: Vec<bool>| Fold { residuals: residuals(&windows), windows };
         let folds = folds(&parts).into_par_iter().map(ask).collect();
         Self { temperature: parts.temperature(), folds }
     }

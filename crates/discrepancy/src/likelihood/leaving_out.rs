@@ -5,13 +5,15 @@
 //! each takes its part of it.
 
 use super::end::FitError;
-use super::minimise::{Begun, Linearised, Minimisation};
-use super::{Effort, Filter, Fit, Hypothesis};
+use super::minimise::{Linearised, Minimisation};
+use super::{Effort, Filter, Fit, Hypothesis, Windowed};
 
 /// A fit of which windows may be left out.
 pub struct LeavingOut<'f, 'p> {
     fit: &'f Fit<'p>,
-    begun: Begun,
+    /// A filter a window, recording by recording; none where no noise drives the machine.
+    filters: Vec<Vec<Filter>>,
+    linearised: Linearised,
 }
 
 impl<'p> Fit<'p> {
@@ -20,13 +22,17 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn leaving_out(&self) -> Result<LeavingOut<'_, 'p>, FitError> {
+        let known = self.known();
+        let mut all = Minimisation { known, ..self.minimisation(self.windowed.clone()) };
+        let linearised = all.begin()?;
+        Ok(LeavingOut { fit: self, filters: all.filters, linearised })
+    }
+
+    /// A minimisation that begins at this fit, in some of its windows.
+    fn minimisation(&self, windowed: Windowed) -> Minimisation<'p> {
         let hypothesis = self.hypothesis.clone();
-        let windowed = self.windows_for(&hypothesis);
         let minimisation = Minimisation::new(self.problem, hypothesis, windowed, self.substeps);
-        let known = self.linearised.clone();
-        let known = known.map(|blocks| Linearised { blocks, residuals: self.residuals.clone() });
-        let begun = Minimisation { noise: self.noise.clone(), known, ..minimisation }.begun()?;
-        Ok(LeavingOut { fit: self, begun })
+        Minimisation { noise: self.noise.clone(), ..minimisation }
     }
 }
 
@@ -36,18 +42,14 @@ impl LeavingOut<'_, '_> {
     /// # Errors
     /// [`FitError`].
     pub fn learned_without(&self, marked: &[bool], effort: Effort) -> Result<Hypothesis, FitError> {
-        let Self { fit, begun } = self;
+        let Self { fit, filters, linearised } = self;
         let rest: Vec<bool> = marked.iter().map(|out| !out).collect();
-        let (windowed, kept) = begun.windowed.part(&rest);
-        let known = Some(begun.linearised.part(&kept));
-        let filters = part_of(&begun.filters, &kept);
+        let (windowed, kept) = fit.windowed.part(&rest);
+        let filters = part_of(filters, &kept);
+        let known = Some(linearised.part(&kept));
         let left_out = kept.into_iter().map(|k| marked[k]).collect();
-        let hypothesis = begun.hypothesis.clone();
-        let noise = fit.noise.clone();
-        let minimisation = Minimisation::new(fit.problem, hypothesis, windowed, fit.substeps);
-        let learned =
-            Minimisation { left_out, noise, filters, known, ..minimisation }.run(effort)?;
-        Ok(learned.hypothesis)
+        let part = Minimisation { left_out, filters, known, ..fit.minimisation(windowed) };
+        Ok(part.run(effort)?.hypothesis)
     }
 
     /// Residuals of the windows that are marked, which are predicted: theta is fitted as if they had not been
