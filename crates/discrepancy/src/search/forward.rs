@@ -88,6 +88,7 @@ impl<'p> Search<'p> {
         }
         let mut tried = self.fit_all(base, &shortlist);
         self.add_variants(&mut tried);
+        tried.retain(|t| !self.is_confined(&t.fit));
         rank(&mut tried);
         // Where some were not fitted, the best of the others is no name.
         if self.watch.is_late() {

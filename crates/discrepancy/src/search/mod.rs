@@ -30,6 +30,7 @@ mod afresh;
 mod apart;
 mod barred;
 pub mod chain;
+mod confined;
 mod driven;
 mod folds;
 mod forward;
