@@ -122,6 +122,19 @@ impl SmoothedRecording {
         self
     }
 
+    /// Rates of the machine's state that a system has along this motion, sample by sample, its memory at rest.
+    #[must_use]
+    pub fn rates_of(&self, system: &System) -> Vec<Vec<f64>> {
+        let m = system.input_width();
+        let mut derivative = vec![0.0; system.width()];
+        let at = |k: usize| {
+            let u = &self.inputs[k * m..(k + 1) * m];
+            system.derivative(self.times[k], &system.at_rest(self.state(k)), u, &mut derivative);
+            derivative[..system.machine_states()].to_vec()
+        };
+        (0..self.len()).map(at).collect()
+    }
+
     /// The same motion with these effective inputs.
     #[must_use]
     pub fn driven_by(&self, inputs: Vec<f64>) -> Self {

@@ -12,7 +12,6 @@
 use super::Problem;
 use crate::trajectories::SmoothedRecording;
 use lacuna_effects::{GRID, LINES};
-use lacuna_plants::Plant;
 use lacuna_plants::model::System;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -59,16 +58,14 @@ pub(super) fn of_channels(problem: &Problem, (begin, end): (f64, f64)) -> Vec<[f
 
 /// Rates of the machine's state along a motion beside those that the model has there, sample by sample; 0 where it has none.
 fn missing(system: &System, s: &SmoothedRecording) -> Vec<Vec<f64>> {
-    let m = system.input_width();
-    let mut derivative = vec![0.0; system.states()];
-    let at = |k: usize| {
-        let u = &s.inputs[k * m..(k + 1) * m];
-        system.derivative(s.times[k], &system.at_rest(s.state(k)), u, &mut derivative);
-        let beside = |(i, rate): (usize, &f64)| Some(s.rate(k, i) - rate).filter(|r| r.is_finite());
-        let machine = derivative[..system.machine_states()].iter().enumerate();
-        machine.map(|i| beside(i).unwrap_or(0.0)).collect()
-    };
-    (0..s.len()).map(at).collect()
+    let mut all = s.rates_of(system);
+    for (k, rates) in all.iter_mut().enumerate() {
+        for (i, rate) in rates.iter_mut().enumerate() {
+            let beside = s.rate(k, i) - *rate;
+            *rate = if beside.is_finite() { beside } else { 0.0 };
+        }
+    }
+    all
 }
 
 /// Times of a recording, and what is looked at there.

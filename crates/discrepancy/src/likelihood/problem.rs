@@ -199,13 +199,13 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn motion(&self, h: &Hypothesis, r: usize, path: &[f64]) -> SmoothedRecording {
         let system = System::with(self.model, &h.parameters, &h.effects);
-        self.measured_motion(h, r).along(&system, path)
+        self.measured_motion(&h.effects, r).along(&system, path)
     }
 
-    /// The measured motion of a recording, its inputs as the actuators of a hypothesis apply them.
+    /// The measured motion of a recording, its inputs as actuators with some effects apply them.
     #[must_use]
-    pub fn measured_motion(&self, h: &Hypothesis, r: usize) -> SmoothedRecording {
-        let inputs = self.effective_inputs(&h.effects, &self.dataset.recordings[r]);
+    pub fn measured_motion(&self, effects: &[ModelEffect], r: usize) -> SmoothedRecording {
+        let inputs = self.effective_inputs(effects, &self.dataset.recordings[r]);
         self.smoothed[r].driven_by(inputs.into_owned())
     }
 

@@ -92,7 +92,7 @@ pub(super) fn along(fit: &Fit, r: usize, run: &Run, measured: bool) -> Result<Al
     let maps = Maps::along(run, fit.noise.as_deref())?;
     let measured = measured && fit.noise.is_none() && problem.hidden().is_empty();
     let motion = match measured {
-        true => problem.measured_motion(&fit.hypothesis, r),
+        true => problem.measured_motion(&fit.hypothesis.effects, r),
         false => problem.motion(&fit.hypothesis, r, &maps.path),
     };
     let Run { windows, starts, .. } = *run;

@@ -6,7 +6,6 @@
 
 use super::Search;
 use crate::likelihood::{Fit, Hypothesis};
-use lacuna_plants::Plant;
 use lacuna_plants::model::{ModelEffect, System};
 
 impl Search<'_> {
@@ -39,20 +38,8 @@ impl Search<'_> {
 
     /// Rates of the machine's state at each sample of a recording's own motion, beside some effects.
     fn rates_along(&self, h: &Hypothesis, effects: &[ModelEffect], r: usize) -> Vec<Vec<f64>> {
-        let problem = self.problem;
-        let (model, observed) = (problem.model, &problem.dataset.recordings[r]);
-        let motion = problem.measured_motion(h, r);
-        let inputs = problem.effective_inputs(effects, observed);
-        let system = System::with(model, &h.parameters, effects);
-        let (m, width) = (model.input_width(), system.width());
-        let rates = |k: usize| {
-            let state = system.at_rest(motion.state(k));
-            let mut rates = vec![0.0; width];
-            system.derivative(motion.times[k], &state, &inputs[k * m..(k + 1) * m], &mut rates);
-            rates.truncate(system.machine_states());
-            rates
-        };
-        (0..motion.len()).map(rates).collect()
+        let system = System::with(self.problem.model, &h.parameters, effects);
+        self.problem.measured_motion(effects, r).rates_of(&system)
     }
 }
 
