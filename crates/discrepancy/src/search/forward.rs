@@ -88,7 +88,6 @@ impl<'p> Search<'p> {
         }
         let mut tried = self.fit_all(base, &shortlist);
         self.add_variants(&mut tried);
-        tried.retain(|t| !self.is_confined(&t.fit));
         rank(&mut tried);
         // Where some were not fitted, the best of the others is no name.
         if self.watch.is_late() {
@@ -234,7 +233,7 @@ impl<'p> Search<'p> {
     }
 
     /// The same, `short` being the fit in short windows, of those that can still win against what stands in their
-    /// place: a candidate, and the hypothesis with it.
+    /// place: a candidate, and the hypothesis with it. What takes up what the formula of a stop leaves is none of them.
     pub(super) fn fit_instead(
         &self,
         (base, short): (&Fit<'p>, &Fit<'p>),
@@ -257,7 +256,9 @@ impl<'p> Search<'p> {
         self.keep_likely(&mut tried, short);
         tried.retain(|t| holder.is_none_or(|(candidate, _)| t.candidate != candidate));
         let grown = tried.into_par_iter().map(|t| (t.candidate, chain::grow(base, short, t.fit)));
-        self.told(grown.collect())
+        let mut grown = self.told(grown.collect());
+        grown.retain(|t| !self.is_confined(&t.fit));
+        grown
     }
 
     /// Where a fit of a further effect begins: beside the parameters as they are fitted without it, and in a search
