@@ -6,6 +6,7 @@
 mod bench;
 
 use bench::{Bench, arguments};
+use std::fmt::Display;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -14,6 +15,11 @@ use std::time::Instant;
 const LACUNA: &str = env!("CARGO_BIN_EXE_lacuna");
 /// Exit code of what was interrupted.
 const INTERRUPTED: i32 = 130;
+
+/// Signals, a bit each.
+const SIGHUP: u64 = 1;
+const SIGINT: u64 = 1 << 1;
+const SIGTERM: u64 = 1 << 14;
 
 /// Start a command with its output in pipes.
 fn start(bench: &Bench, arguments: &[&str]) -> Child {
@@ -29,15 +35,21 @@ fn spawn(command: &mut Command, bench: &Bench) -> Child {
         .unwrap()
 }
 
-/// What interrupts a command, and the bits of the signals that it hears, the second of SIGINT and the fifteenth of
-/// SIGTERM: tests that a shell without job control runs in the background ignore SIGINT, and so do the commands
-/// that they start.
-fn interruption() -> (&'static str, u64) {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|l| l.strip_prefix("SigIgn:"));
-    let ignored = ignored.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok()).unwrap_or(0);
-    let (interrupt, terminate) = (1 << 1, 1 << 14);
-    if ignored & interrupt == 0 { ("-INT", interrupt | terminate) } else { ("-TERM", terminate) }
+/// A set of a process's signals, a bit each from the first (proc(5)); none where that is not told.
+fn signals(process: impl Display, set: &str) -> Option<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix(set))?;
+    u64::from_str_radix(line.trim(), 16).ok()
+}
+
+/// What tests ignore that a shell without job control runs in the background, and the commands that they start.
+fn ignored() -> u64 {
+    signals("self", "SigIgn:").unwrap_or(0)
+}
+
+/// What interrupts a command.
+fn interruption() -> &'static str {
+    if ignored() & SIGINT == 0 { "-INT" } else { "-TERM" }
 }
 
 fn interrupt(child: &Child, signal: &str) {
@@ -71,7 +83,7 @@ fn a_diagnosis_that_is_interrupted_leaves_nothing() {
     assert_eq!(end(start(&bench, &diagnose)), (Some(0), String::new()));
     let whole = begin.elapsed();
     std::fs::remove_dir_all(bench.path("found")).unwrap();
-    let (signal, _) = interruption();
+    let signal = interruption();
     for (signal, share) in [(signal, 0.05), (signal, 0.3), (signal, 0.6), ("-TERM", 0.4)] {
         let child = start(&bench, &diagnose);
         std::thread::sleep(whole.mul_f64(share));
@@ -98,7 +110,7 @@ fn files_are_written_together_or_not_at_all() {
     let whole = begin.elapsed();
     assert_eq!(files(&bench.path("found")), all);
     const ROUNDS: u32 = 24;
-    let (signal, _) = interruption();
+    let signal = interruption();
     let mut counts = [0, 0];
     for round in 0..ROUNDS {
         let out = format!("found{round}");
@@ -127,20 +139,15 @@ fn under_nohup_a_hangup_is_ignored_and_an_interrupt_is_heard() {
     // Of a terminal as its input it would say that it ignores it.
     let mut nohup = Command::new("nohup");
     let child = spawn(nohup.arg(LACUNA).args(&diagnose).stdin(Stdio::null()), &bench);
-    let heard = |bits: u64| {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
-        let line = status.lines().find_map(|l| l.strip_prefix("SigCgt:")).unwrap().trim();
-        u64::from_str_radix(line, 16).unwrap() & bits == bits
-    };
-    let (signal, bits) = interruption();
+    let heard = |bits: u64| signals(child.id(), "SigCgt:").unwrap() & bits == bits;
     let begin = Instant::now();
-    while !heard(bits) {
+    while !heard((SIGINT | SIGTERM) & !ignored()) {
         assert!(begin.elapsed().as_secs() < 10, "no handler");
         std::thread::yield_now();
     }
-    assert!(!heard(1), "the hangup is heard");
+    assert!(!heard(SIGHUP), "the hangup is heard");
     interrupt(&child, "-HUP");
-    interrupt(&child, signal);
+    interrupt(&child, interruption());
     assert_eq!(end(child), (Some(INTERRUPTED), String::new()));
     assert!(!bench.path("found").exists());
 }

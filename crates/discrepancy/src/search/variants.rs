@@ -14,10 +14,11 @@ impl<'p> Search<'p> {
     pub(super) fn add_variants(&self, tried: &mut Vec<Tried<'p>>) {
         rank(tried);
         let best = tried.iter().take(2).find(|t| t.candidate.effect.nature.kin.is_some());
-        let more = best.map_or(vec![], |best| {
+        let mut more = best.map_or(vec![], |best| {
             let last = best.fit.hypothesis.supposed().len() - 1;
             self.variants(&best.fit, last, |_| true)
         });
+        more.retain(|t| !self.is_confined(&t.fit));
         let temperature = common_temperature(tried.iter().chain(&more).map(|t| &t.fit));
         let evidence = |t: &Tried| t.fit.log_evidence(temperature);
         for new in more {
