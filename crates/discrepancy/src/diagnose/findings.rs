@@ -2,6 +2,7 @@
 
 use super::location;
 use super::outcome::Ladder;
+use super::separate::Open;
 use crate::candidates::Candidate;
 use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding, FormulaFit, Support};
 use crate::likelihood::Fit;
@@ -11,7 +12,7 @@ use crate::screen::Over;
 use crate::search::{Named, Rival};
 use crate::trajectories::SmoothedRecording;
 use crate::words;
-use lacuna_effects::{At, Channel, Kind, Law, Variable};
+use lacuna_effects::{Acts, At, Channel, Kind, Law, Variable};
 use lacuna_plants::model::ModelEffect;
 use std::collections::BTreeMap;
 
@@ -145,9 +146,21 @@ impl Ladder<'_> {
         let rivals = named.map(|((e, named), finding)| {
             let open = finding.support.log_odds <= UNDECIDED;
             let rivals = rivals_of(e, named).into_iter().filter(|_| open);
-            rivals.min_by(|a, b| a.behind.total_cmp(&b.behind)).map(|first| &first.hypothesis)
+            let first = rivals.min_by(|a, b| a.behind.total_cmp(&b.behind))?;
+            Some(Open { rival: &first.hypothesis, inputs: self.inputs_near(e) })
         });
         self.separating(&self.found.chosen.hypothesis, &rivals.collect::<Vec<_>>())
+    }
+
+    /// The inputs that act where an effect does; all of them where none does.
+    fn inputs_near(&self, e: &ModelEffect) -> Vec<usize> {
+        let model = self.problem.model;
+        let near = match e.effect.acts {
+            Acts::Inputs => vec![e.channel],
+            Acts::Sensors | Acts::Links | Acts::Base => vec![],
+            _ => model.inputs_about(e.channel),
+        };
+        if near.is_empty() { (0..model.inputs.len()).collect() } else { near }
     }
 
     /// Names of the channels that an effect depends on.

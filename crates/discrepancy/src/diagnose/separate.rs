@@ -33,23 +33,38 @@ enum Driver {
     Coordinate(usize),
 }
 
+/// What the recordings leave open: another hypothesis than the chosen one.
+pub(super) struct Open<'h> {
+    pub rival: &'h Hypothesis,
+    /// The inputs that act where the two differ.
+    pub inputs: Vec<usize>,
+}
+
+impl Open<'_> {
+    fn is_moved_by(&self, sine: Sine) -> bool {
+        match sine.drive {
+            Driver::Input(j) => self.inputs.contains(&j),
+            Driver::Coordinate(_) => true,
+        }
+    }
+}
+
 impl Ladder<'_> {
-    /// For each rival of a fitted hypothesis the sine, among those that keep the machine near where it has been,
-    /// for which the two differ most in units of the noise; none where there is no rival, or no sine tells them
-    /// apart.
+    /// For each rival of a fitted hypothesis the sine, among those that move what the two differ in and keep the
+    /// machine near where it has been, for which they differ most in units of the noise; none where there is no
+    /// rival, or no sine tells them apart.
     pub(super) fn separating(
         &self,
         chosen: &Hypothesis,
-        rivals: &[Option<&Hypothesis>],
+        rivals: &[Option<Open>],
     ) -> Vec<Option<Experiment>> {
-        if rivals.iter().all(Option::is_none) {
-            return vec![None; rivals.len()];
-        }
-        let sines = self.sines();
+        let mut sines = self.sines();
+        sines.retain(|sine| rivals.iter().flatten().any(|open| open.is_moved_by(*sine)));
         let tried = sines.par_iter().map(|sine| {
             let here = self.response(chosen, *sine)?;
-            let tell = |rival: &Option<&Hypothesis>| {
-                self.difference(&here, &self.response((*rival)?, *sine)?)
+            let tell = |open: &Option<Open>| {
+                let open = open.as_ref().filter(|open| open.is_moved_by(*sine))?;
+                self.difference(&here, &self.response(open.rival, *sine)?)
             };
             Some(rivals.iter().map(tell).collect::<Vec<_>>())
         });

@@ -130,20 +130,7 @@ impl Fit<'_> {
     #[must_use]
     pub fn missed(&self, k: usize, temperature: f64) -> Option<f64> {
         let h = &self.hypothesis;
-        let effect = h.supposed().get(k)?.effect;
-        let absent = effect.nature.absent;
-        let vanishing = match effect.law {
-            Law::Force(law) => law.amplitudes(),
-            Law::Structure(law) => law.amplitudes(),
-            Law::Input(_) | Law::Sensor(_) => 1,
-        };
-        let own =
-            |f: &Free| matches!(f.what, What::Effect(e, j) if e == h.own + k && j < vanishing);
-        let entries: Vec<usize> =
-            (0..h.free.len()).filter(|&i| own(&h.free[i]) && !h.free[i].logarithmic).collect();
-        if entries.is_empty() || !absent.is_finite() {
-            return None;
-        }
+        let (entries, absent) = self.vanishes_with(k)?;
         let all = self.precision.covariance(temperature)?;
         let n = entries.len();
         let covariance = DMatrix::from_fn(n, n, |i, j| all[(entries[i], entries[j])]);
@@ -156,6 +143,24 @@ impl Fit<'_> {
         let log: f64 = factor.l().diagonal().map(f64::ln).sum();
         let sides = entries.iter().filter(|i| h.free[**i].bounds.0 == absent).count() as f64;
         Some(0.5 * (z.dot(&factor.solve(&z)) - believed) + log + sides * std::f64::consts::LN_2)
+    }
+
+    /// The entries of theta that effect `k` vanishes with, and the value at which it does; none where it vanishes
+    /// nowhere that is fitted.
+    pub(super) fn vanishes_with(&self, k: usize) -> Option<(Vec<usize>, f64)> {
+        let h = &self.hypothesis;
+        let effect = h.supposed().get(k)?.effect;
+        let absent = effect.nature.absent;
+        let vanishing = match effect.law {
+            Law::Force(law) => law.amplitudes(),
+            Law::Structure(law) => law.amplitudes(),
+            Law::Input(_) | Law::Sensor(_) => 1,
+        };
+        let own =
+            |f: &Free| matches!(f.what, What::Effect(e, j) if e == h.own + k && j < vanishing);
+        let entries: Vec<usize> =
+            (0..h.free.len()).filter(|&i| own(&h.free[i]) && !h.free[i].logarithmic).collect();
+        (!entries.is_empty() && absent.is_finite()).then_some((entries, absent))
     }
 
     /// Nats by which this fit is ahead of the same without effect `k`, both fitted; none where that has no fit.

@@ -6,7 +6,9 @@
 
 use super::end::FitError;
 use super::minimise::{Linearised, Minimisation};
-use super::{Effort, Filter, Fit, Hypothesis, Windowed};
+use super::normal::Arrow;
+use super::{Effort, Filter, Fit, Hypothesis, What, Windowed};
+use std::ops::Add;
 
 /// A fit of which windows may be left out.
 pub struct LeavingOut<'f, 'p> {
@@ -14,6 +16,24 @@ pub struct LeavingOut<'f, 'p> {
     /// A filter a window, recording by recording; none where no noise drives the machine.
     filters: Vec<Vec<Filter>>,
     linearised: Linearised,
+}
+
+/// What windows say of an effect that was fitted without them, in units of the noise: let it change what is predicted
+/// of them by D.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Said {
+    /// `|D|^2`.
+    pub size: f64,
+    /// By how much the squares fall with the effect.
+    pub drop: f64,
+}
+
+impl Add for Said {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { size: self.size + other.size, drop: self.drop + other.drop }
+    }
 }
 
 impl<'p> Fit<'p> {
@@ -59,6 +79,32 @@ impl LeavingOut<'_, '_> {
     /// [`FitError`].
     pub fn predicted(&self, marked: &[bool], effort: Effort) -> Result<Vec<Vec<f64>>, FitError> {
         self.fit.foretold(self.learned_without(marked, effort)?, marked)
+    }
+
+    /// What the windows that are marked say of effect `k`, theta being fitted without them with and without it: by the
+    /// windows as they were linearised, and so the more rightly the less it does. None where it vanishes nowhere
+    /// that is fitted.
+    #[must_use]
+    pub fn said_of(&self, k: usize, marked: &[bool]) -> Option<Said> {
+        let h = &self.fit.hypothesis;
+        let (amplitudes, absent) = self.fit.vanishes_with(k)?;
+        let theta = h.theta();
+        let own = |i: &usize| matches!(h.free[*i].what, What::Effect(e, _) if e == h.own + k);
+        // Of what does nothing the shape stays as it is.
+        let gone = |i| if amplitudes.contains(&i) { (i, absent - theta[i]) } else { (i, 0.0) };
+        let given: Vec<(usize, f64)> = (0..theta.len()).filter(own).map(gone).collect();
+        let blocks = &self.linearised.blocks;
+        let arrow = Arrow::new(h, blocks, marked);
+        let with = arrow.learned(&theta, &[]).ok()?;
+        let without = arrow.learned(&theta, &given).ok()?;
+        let change = &with - &without;
+        let mut said = Said::default();
+        for (block, _) in blocks.iter().zip(marked).filter(|(_, out)| **out) {
+            let window = block.eliminated(0.0);
+            let drop = window.squares(&without) - window.squares(&with);
+            said = said + Said { size: change.dot(&(&window.theta * &change)), drop };
+        }
+        Some(said)
     }
 }
 

@@ -54,7 +54,7 @@ pub use end::{Diverged, End, FitError};
 pub use filter::Filter;
 pub use fit::{FULL, Fit, QUICK, STILL, Windowed};
 pub use hypothesis::{Free, Hypothesis, What};
-pub use leaving_out::LeavingOut;
+pub use leaving_out::{LeavingOut, Said};
 pub use minimise::Effort;
 pub use problem::Problem;
 pub use process_noise::ProcessNoise;

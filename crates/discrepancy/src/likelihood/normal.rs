@@ -161,6 +161,12 @@ impl Eliminated {
         x
     }
 
+    /// By how much the squares rise where theta takes a step and the states follow it.
+    #[must_use]
+    pub fn squares(&self, theta: &DVector<f64>) -> f64 {
+        theta.dot(&(&self.theta * theta)) - 2.0 * self.gradient.dot(theta)
+    }
+
     /// By how much the squares fall by the states alone.
     fn promised(&self) -> f64 {
         self.state_residual.norm_squared()
@@ -265,11 +271,7 @@ impl<'a> Arrow<'a> {
         for i in 0..free.len() {
             damped[(i, i)] *= 1.0 + damping;
         }
-        let room = |i: usize| {
-            let ((low, high), sd) = (free[i].bounds, free[i].sd);
-            (((low - theta[i]) / sd).min(0.0), ((high - theta[i]) / sd).max(0.0))
-        };
-        let within: Vec<(f64, f64)> = (0..free.len()).map(room).collect();
+        let within: Vec<(f64, f64)> = self.room(theta).collect();
         let scaled = boxed::minimiser(&damped, &gradient, &within).ok_or(FitError::Singular)?;
         let promised = promised + 2.0 * gradient.dot(&scaled) - scaled.dot(&(&schur * &scaled));
         let moved =
@@ -278,6 +280,36 @@ impl<'a> Arrow<'a> {
         let taken = DVector::from_fn(free.len(), |i, _| moved[i] - theta[i]);
         let states = windows.iter().map(|w| w.states(&taken)).collect();
         Ok(Step { theta: moved, states, promised })
+    }
+
+    /// How far each entry of theta can go within its bounds, in units of its prior.
+    fn room(&self, theta: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+        self.hypothesis.free.iter().zip(theta).map(|(f, x)| {
+            let (low, high) = f.bounds;
+            (((low - x) / f.sd).min(0.0), ((high - x) / f.sd).max(0.0))
+        })
+    }
+
+    /// The whole step of theta from `theta` to the optimum within its bounds, some of its entries taking those that are
+    /// given.
+    ///
+    /// # Errors
+    /// [`FitError::Singular`].
+    pub fn learned(&self, theta: &[f64], given: &[(usize, f64)]) -> Result<DVector<f64>, FitError> {
+        let free = &self.hypothesis.free;
+        let Reduced { schur, gradient, .. } = self.reduce(theta, 0.0)?;
+        let mut step = DVector::zeros(free.len());
+        given.iter().for_each(|&(i, s)| step[i] = s / free[i].sd);
+        let pull = gradient - &schur * &step;
+        let is_given = |i: &usize| given.iter().any(|(g, _)| g == i);
+        let others: Vec<usize> = (0..free.len()).filter(|i| !is_given(i)).collect();
+        let room: Vec<(f64, f64)> = self.room(theta).collect();
+        let within: Vec<(f64, f64)> = others.iter().map(|&i| room[i]).collect();
+        let matrix = schur.select_rows(&others).select_columns(&others);
+        let moved = boxed::minimiser(&matrix, &pull.select_rows(&others), &within);
+        let moved = moved.ok_or(FitError::Singular)?;
+        others.iter().zip(moved.iter()).for_each(|(&i, s)| step[i] = *s);
+        Ok(DVector::from_fn(free.len(), |i, _| step[i] * free[i].sd))
     }
 
     /// Precision of theta in units of its prior, states eliminated; and that of the memories at

@@ -9,22 +9,13 @@
 
 use super::{Path, Rival, Search, candidate_of, chain, untried};
 use crate::decision::Decision;
-use crate::likelihood::{Effort, FULL, Fit, FitError, STILL};
+use crate::likelihood::{Effort, FULL, Fit, FitError, QUICK, STILL, Said};
 use rayon::prelude::*;
 
 /// Most folds.
 const FOLDS: usize = 4;
 /// A fold's fit begins at the optimum of all.
 const FEW: Effort = Effort { steps: 4, least: 0.3 };
-
-/// What was said of a change of the hypothesis by folds that did not know of it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Said {
-    /// `|D|^2`.
-    size: f64,
-    /// By how much the squares fall.
-    drop: f64,
-}
 
 /// What a fit predicts of each fold without knowing it.
 pub(super) struct LeftOut {
@@ -52,8 +43,7 @@ impl LeftOut {
     }
 
     /// Whether the folds speak against the fit `with`, compared with `without` in the same windows, of which it must
-    /// be ahead by `least` nats. Of a change that is large in them a share must come true. They do not touch one
-    /// that is small, and what they say of it are so many nats more or less.
+    /// be ahead by `least` nats.
     pub(super) fn refutes(
         &self,
         decision: &Decision,
@@ -77,11 +67,20 @@ impl LeftOut {
             };
             for (a, b) in plain.iter().zip(rich) {
                 let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
-                total.drop += squares(a) - squares(b);
-                total.size += a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+                let size = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+                total = total + Said { size, drop: squares(a) - squares(b) };
             }
         }
-        let (size, drop) = (total.size / self.temperature, total.drop / self.temperature);
+        total.refutes(decision, self.temperature, (ahead, least))
+    }
+}
+
+impl Said {
+    /// Whether folds speak against an effect that is so many nats ahead and must be by `least`. Of a change that is
+    /// large in them a share must come true. They do not touch one that is small, and what they say of it are so many
+    /// nats more or less.
+    fn refutes(&self, decision: &Decision, temperature: f64, (ahead, least): (f64, f64)) -> bool {
+        let (size, drop) = (self.size / temperature, self.drop / temperature);
         if size > 2.0 * decision.prior_odds {
             return drop < decision.share * size;
         }
@@ -155,6 +154,31 @@ impl Search<'_> {
             }
         }
         path.named.len() < before
+    }
+
+    /// The last of the effects that may be doubted which folds speak against.
+    pub(super) fn doubted_and_refuted(&self, path: &Path) -> Option<usize> {
+        let parts = in_parts(&path.fit).ok()?;
+        let leaving = parts.leaving_out().ok()?;
+        let (folds, temperature) = (folds(&parts), parts.temperature());
+        let refuted = |k: &usize| {
+            let said = folds.iter().map(|out| leaving.said_of(*k, out));
+            let sum = said.reduce(|a, b| a.zip(b).map(|(a, b)| a + b)).flatten();
+            let nats = (path.named[*k].gain, self.decision.prior_odds);
+            match sum {
+                Some(said) => said.refutes(&self.decision, temperature, nats),
+                // What vanishes nowhere is asked of fits without it.
+                None => {
+                    let without = path.fit.refit(path.fit.hypothesis.clone().without(*k), QUICK);
+                    without.is_ok_and(|w| {
+                        LeftOut::of(&path.fit).refutes(&self.decision, (&path.fit, &w), nats.1)
+                    })
+                }
+            }
+        };
+        let doubted = |k: &usize| path.named[*k].gain <= self.decision.beyond_doubt();
+        let asked = |_: &usize| !self.watch.skips(untried::FOLDS);
+        (0..path.named.len()).rev().filter(doubted).filter(asked).find(refuted)
     }
 
     /// Simpler laws where a richer one does not lead them, or folds speak against it beside them.

@@ -288,32 +288,28 @@ impl<'p> Search<'p> {
     }
 
     /// The effects that folds do not speak against, where any may be doubted: those that are not beyond doubt by
-    /// themselves, and all of them together.
+    /// themselves, and, where none is, all of them together.
     fn kept_by_folds(&self, calibrated: &Fit<'p>, mut path: Path<'p>) -> Path<'p> {
         if !self.is_doubted(&path) || self.watch.skips(untried::FOLDS) {
             return path;
         }
         self.watch.tell("leaving recordings out");
-        let mut with = LeftOut::of(&path.fit);
-        for k in (0..path.named.len()).rev() {
-            if path.named[k].gain > self.decision.beyond_doubt() || self.watch.skips(untried::FOLDS)
-            {
-                continue;
-            }
+        while let Some(k) = self.doubted_and_refuted(&path) {
             let h = path.fit.hypothesis.clone().without(k);
-            let Ok(without) = path.fit.refit(h, QUICK) else { continue };
-            if with.refutes(&self.decision, (&path.fit, &without), self.decision.prior_odds) {
-                path.named.remove(k);
-                path.fit = without;
-                with = LeftOut::of(&path.fit);
-            }
+            let Ok(without) = path.fit.refit(h, QUICK) else { break };
+            path.named.remove(k);
+            path.fit = without;
         }
+        let beyond_doubt = |n: &Named| n.gain > self.decision.beyond_doubt();
+        if path.named.is_empty() || path.named.iter().any(beyond_doubt) {
+            return path;
+        }
+        let refuted = |alone: &Fit| {
+            let least = self.decision.prior_odds;
+            LeftOut::of(&path.fit).refutes(&self.decision, (&path.fit, alone), least)
+        };
         match self.like(&path.fit, calibrated) {
-            Some(alone)
-                if with.refutes(&self.decision, (&path.fit, &alone), self.decision.prior_odds) =>
-            {
-                Path { fit: calibrated.clone(), named: vec![] }
-            }
+            Some(alone) if refuted(&alone) => Path { fit: calibrated.clone(), named: vec![] },
             _ => path,
         }
     }

@@ -89,6 +89,38 @@ fn an_effect_is_fitted_from_a_rough_start() {
     assert!(fit.temperature() < 3.0, "{}", fit.temperature());
 }
 
+/// What windows say of a small effect by their linearised selves is what fits without them say.
+#[test]
+fn windows_that_are_left_out_say_by_their_derivatives_what_they_say() {
+    let bench = ON_PENDULUM;
+    let model = bench.model();
+    for (seed, stiffness) in [(82, 1e-5), (83, 3e-5), (84, 0.0), (85, 0.0)] {
+        let effect = format!(
+            "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = {stiffness}"
+        );
+        let truth = bench.truth(&effect);
+        let dataset = Dataset::new(&model, &bench.record(&truth, seed, 2)).expect("a dataset");
+        let problem = Problem::new(&model, &dataset).expect("a problem");
+        let start = ModelEffect { parameters: vec![1e-5], ..truth.effects[0].clone() };
+        let scales = problem.scales_of(&start);
+        let h = Hypothesis::of(&model).with(start, &scales);
+        let with = Fit::begin(&problem, h.clone(), 2).expect("a fit");
+        let without = with.refit(h.without(0), FULL).expect("a fit");
+        let marked = [true, false, false, true, false, true, false, false];
+        let [a, b] = [&with, &without].map(|fit| {
+            let leaving = fit.leaving_out().expect("windows");
+            leaving.predicted(&marked, FULL).expect("a prediction").concat()
+        });
+        let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+        let size: f64 = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum();
+        let drop = squares(&b) - squares(&a);
+        let leaving = with.leaving_out().expect("windows");
+        let said = leaving.said_of(0, &marked).expect("it vanishes");
+        assert!((said.size / size - 1.0).abs() < 0.1, "seed {seed}: {said:?}, {size}");
+        assert!((said.drop - drop).abs() < 0.1 * size, "seed {seed}: {said:?}, {drop} of {size}");
+    }
+}
+
 #[test]
 fn held_parameters_stay_where_they_are() {
     let bench = Bench { samples: 400, ..ON_PENDULUM };
