@@ -49,8 +49,11 @@ pub fn candidates(model: &Model, sensors: &[usize]) -> Vec<Candidate> {
             }
             Law::Input(_) => {
                 // What no actuator stands before reaches the machine as it was recorded.
-                let actuators = (0..model.inputs.len()).filter(|&j| model.inputs[j].actuator);
-                out.extend(actuators.map(|channel| Candidate { effect, channel, other: None }));
+                out.extend(model.actuators().map(|channel| Candidate {
+                    effect,
+                    channel,
+                    other: None,
+                }));
             }
             Law::Sensor(_) => out.extend(sensors.iter().map(|&channel| Candidate {
                 effect,

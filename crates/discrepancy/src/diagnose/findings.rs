@@ -147,20 +147,21 @@ impl Ladder<'_> {
             let open = finding.support.log_odds <= UNDECIDED;
             let rivals = rivals_of(e, named).into_iter().filter(|_| open);
             let first = rivals.min_by(|a, b| a.behind.total_cmp(&b.behind))?;
-            Some(Open { rival: &first.hypothesis, inputs: self.inputs_near(e) })
+            Some(Open { rival: &first.hypothesis, inputs: self.actuators_near(e) })
         });
         self.separating(&self.found.chosen.hypothesis, &rivals.collect::<Vec<_>>())
     }
 
-    /// The inputs that act where an effect does; all of them where none does.
-    fn inputs_near(&self, e: &ModelEffect) -> Vec<usize> {
+    /// The actuators that act where an effect does; all of them where none does.
+    fn actuators_near(&self, e: &ModelEffect) -> Vec<usize> {
         let model = self.problem.model;
-        let near = match e.effect.acts {
+        let mut near = match e.effect.acts {
             Acts::Inputs => vec![e.channel],
             Acts::Sensors | Acts::Links | Acts::Base => vec![],
             _ => model.inputs_about(e.channel),
         };
-        if near.is_empty() { (0..model.inputs.len()).collect() } else { near }
+        near.retain(|j| model.inputs[*j].actuator);
+        if near.is_empty() { model.actuators().collect() } else { near }
     }
 
     /// Names of the channels that an effect depends on.

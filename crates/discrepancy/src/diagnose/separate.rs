@@ -100,8 +100,7 @@ impl Ladder<'_> {
         let data = self.problem.dataset;
         let (slow, fast) = (2.0 / super::duration(data), 0.1 / self.problem.sample);
         let (problem, model) = (self.problem, self.problem.model);
-        let actuators = (0..model.inputs.len()).filter(|&j| model.inputs[j].actuator);
-        let inputs = actuators.map(|j| (Driver::Input(j), problem.largest_command(j)));
+        let inputs = model.actuators().map(|j| (Driver::Input(j), problem.largest_command(j)));
         let motion = model.imposed().map(|c| (Driver::Coordinate(c), problem.state_scale(c)));
         let mut out = Vec::new();
         for (drive, largest) in inputs.chain(motion) {

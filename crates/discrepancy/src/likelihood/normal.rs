@@ -299,16 +299,12 @@ impl<'a> Arrow<'a> {
         let free = &self.hypothesis.free;
         let Reduced { schur, gradient, .. } = self.reduce(theta, 0.0)?;
         let mut step = DVector::zeros(free.len());
-        given.iter().for_each(|&(i, s)| step[i] = s / free[i].sd);
+        let mut within: Vec<(f64, f64)> = self.room(theta).collect();
+        for &(i, taken) in given {
+            (step[i], within[i]) = (taken / free[i].sd, (0.0, 0.0));
+        }
         let pull = gradient - &schur * &step;
-        let is_given = |i: &usize| given.iter().any(|(g, _)| g == i);
-        let others: Vec<usize> = (0..free.len()).filter(|i| !is_given(i)).collect();
-        let room: Vec<(f64, f64)> = self.room(theta).collect();
-        let within: Vec<(f64, f64)> = others.iter().map(|&i| room[i]).collect();
-        let matrix = schur.select_rows(&others).select_columns(&others);
-        let moved = boxed::minimiser(&matrix, &pull.select_rows(&others), &within);
-        let moved = moved.ok_or(FitError::Singular)?;
-        others.iter().zip(moved.iter()).for_each(|(&i, s)| step[i] = *s);
+        step += boxed::minimiser(&schur, &pull, &within).ok_or(FitError::Singular)?;
         Ok(DVector::from_fn(free.len(), |i, _| step[i] * free[i].sd))
     }
 

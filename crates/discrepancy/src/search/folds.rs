@@ -11,6 +11,8 @@ use super::{Path, Rival, Search, candidate_of, chain, untried};
 use crate::decision::Decision;
 use crate::likelihood::{Effort, FULL, Fit, FitError, QUICK, STILL, Said};
 use rayon::prelude::*;
+use std::cell::OnceCell;
+use std::ops::Add;
 
 /// Most folds.
 const FOLDS: usize = 4;
@@ -88,6 +90,53 @@ impl Said {
     }
 }
 
+/// What folds say of a fit's effects: by its windows as they were linearised, and by fits where those do not tell.
+pub(super) struct Folded<'p> {
+    pub fit: Fit<'p>,
+    temperature: f64,
+    said: Vec<Option<Said>>,
+    /// Made when it is asked for.
+    left_out: OnceCell<LeftOut>,
+}
+
+impl<'p> Folded<'p> {
+    pub(super) fn of(fit: Fit<'p>) -> Self {
+        let (mut temperature, mut said) = (1.0, vec![None; fit.hypothesis.supposed().len()]);
+        if let Ok(parts) = in_parts(&fit)
+            && let Ok(leaving) = parts.leaving_out()
+        {
+            let folds = folds(&parts);
+            temperature = parts.temperature();
+            for (k, said) in said.iter_mut().enumerate() {
+                let each: Option<Vec<Said>> = folds.iter().map(|f| leaving.said_of(k, f)).collect();
+                *said = each.map(|each| each.into_iter().fold(Said::default(), Add::add));
+            }
+        }
+        Self { fit, temperature, said, left_out: OnceCell::new() }
+    }
+
+    /// The fit without effect `k`, which is so many nats ahead and must be by `least`, where the folds speak against it.
+    pub(super) fn without_refuted(
+        &self,
+        decision: &Decision,
+        k: usize,
+        (ahead, least): (f64, f64),
+    ) -> Option<Fit<'p>> {
+        let said = &self.said[k];
+        if said.is_some_and(|s| !s.refutes(decision, self.temperature, (ahead, least))) {
+            return None;
+        }
+        let without = self.fit.refit(self.fit.hypothesis.clone().without(k), QUICK).ok()?;
+        (said.is_some() || self.refuted(decision, &without, least)).then_some(without)
+    }
+
+    /// Whether the folds speak against the fit beside another, by fits.
+    pub(super) fn refuted(&self, decision: &Decision, without: &Fit, least: f64) -> bool {
+        let left_out = self.left_out.get_or_init(|| LeftOut::of(&self.fit));
+        left_out.refutes(decision, (&self.fit, without), least)
+    }
+}
+
 impl Search<'_> {
     /// Whether folds that are left out speak against `with`, compared with `without` in the same
     /// windows, of which it must be ahead by more than a tie.
@@ -154,31 +203,6 @@ impl Search<'_> {
             }
         }
         path.named.len() < before
-    }
-
-    /// The last of the effects that may be doubted which folds speak against.
-    pub(super) fn doubted_and_refuted(&self, path: &Path) -> Option<usize> {
-        let parts = in_parts(&path.fit).ok()?;
-        let leaving = parts.leaving_out().ok()?;
-        let (folds, temperature) = (folds(&parts), parts.temperature());
-        let refuted = |k: &usize| {
-            let said = folds.iter().map(|out| leaving.said_of(*k, out));
-            let sum = said.reduce(|a, b| a.zip(b).map(|(a, b)| a + b)).flatten();
-            let nats = (path.named[*k].gain, self.decision.prior_odds);
-            match sum {
-                Some(said) => said.refutes(&self.decision, temperature, nats),
-                // What vanishes nowhere is asked of fits without it.
-                None => {
-                    let without = path.fit.refit(path.fit.hypothesis.clone().without(*k), QUICK);
-                    without.is_ok_and(|w| {
-                        LeftOut::of(&path.fit).refutes(&self.decision, (&path.fit, &w), nats.1)
-                    })
-                }
-            }
-        };
-        let doubted = |k: &usize| path.named[*k].gain <= self.decision.beyond_doubt();
-        let asked = |_: &usize| !self.watch.skips(untried::FOLDS);
-        (0..path.named.len()).rev().filter(doubted).filter(asked).find(refuted)
     }
 
     /// Simpler laws where a richer one does not lead them, or folds speak against it beside them.

@@ -7,7 +7,7 @@
 //! has a memory or a time of its own.
 
 use super::driven::Quieted;
-use super::folds::LeftOut;
+use super::folds::Folded;
 use super::{Named, Path, Rival, Search, Searched, candidate_of, effect_of, untried};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, FitError, Hypothesis, QUICK};
@@ -282,9 +282,13 @@ impl<'p> Search<'p> {
             .then_some(again)
     }
 
+    fn is_beyond_doubt(&self, named: &Named) -> bool {
+        named.gain > self.decision.beyond_doubt()
+    }
+
     /// Whether any effect is not beyond doubt: of such folds ask.
     fn is_doubted(&self, path: &Path) -> bool {
-        path.named.iter().any(|n| n.gain <= self.decision.beyond_doubt())
+        path.named.iter().any(|n| !self.is_beyond_doubt(n))
     }
 
     /// The effects that folds do not speak against, where any may be doubted: those that are not beyond doubt by
@@ -294,24 +298,24 @@ impl<'p> Search<'p> {
             return path;
         }
         self.watch.tell("leaving recordings out");
-        while let Some(k) = self.doubted_and_refuted(&path) {
-            let h = path.fit.hypothesis.clone().without(k);
-            let Ok(without) = path.fit.refit(h, QUICK) else { break };
-            path.named.remove(k);
-            path.fit = without;
+        let (decision, least) = (&self.decision, self.decision.prior_odds);
+        let mut folded = Folded::of(path.fit);
+        for k in (0..path.named.len()).rev() {
+            if self.is_beyond_doubt(&path.named[k]) || self.watch.skips(untried::FOLDS) {
+                continue;
+            }
+            let nats = (path.named[k].gain, least);
+            if let Some(without) = folded.without_refuted(decision, k, nats) {
+                path.named.remove(k);
+                folded = Folded::of(without);
+            }
         }
-        let beyond_doubt = |n: &Named| n.gain > self.decision.beyond_doubt();
-        if path.named.is_empty() || path.named.iter().any(beyond_doubt) {
-            return path;
+        let is_sure = path.named.is_empty() || path.named.iter().any(|n| self.is_beyond_doubt(n));
+        let refuted = |alone: &Fit| folded.refuted(decision, alone, least);
+        if !is_sure && self.like(&folded.fit, calibrated).is_some_and(|alone| refuted(&alone)) {
+            return Path { fit: calibrated.clone(), named: vec![] };
         }
-        let refuted = |alone: &Fit| {
-            let least = self.decision.prior_odds;
-            LeftOut::of(&path.fit).refutes(&self.decision, (&path.fit, alone), least)
-        };
-        match self.like(&path.fit, calibrated) {
-            Some(alone) if refuted(&alone) => Path { fit: calibrated.clone(), named: vec![] },
-            _ => path,
-        }
+        Path { fit: folded.fit, ..path }
     }
 }
 

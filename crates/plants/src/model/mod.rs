@@ -229,6 +229,11 @@ impl Model {
         self.coordinates.iter().enumerate().filter(|(_, c)| c.imposed).map(|(i, _)| i)
     }
 
+    /// The inputs that an actuator makes: what is commanded, and not a measured disturbance.
+    pub fn actuators(&self) -> impl Iterator<Item = usize> + '_ {
+        self.inputs.iter().enumerate().filter(|(_, input)| input.actuator).map(|(j, _)| j)
+    }
+
     /// Whether a force channel is a coordinate whose motion is imposed.
     #[must_use]
     pub fn is_imposed(&self, channel: usize) -> bool {
