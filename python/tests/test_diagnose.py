@@ -168,7 +168,15 @@ def test_progress_is_a_line_that_is_cleared(case, capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_it_can_be_interrupted(case):
+@pytest.fixture
+def heard():
+    """SIGINT is heard, as at a terminal: Python leaves it ignored where a shell runs the tests in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_it_can_be_interrupted(case, heard):
     begun = time.monotonic()
 
     def interrupt(doing):
