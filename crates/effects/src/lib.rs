@@ -40,6 +40,7 @@ mod coriolis_coupling;
 mod coulomb_friction;
 mod coupling_friction;
 mod coupling_stiffness;
+mod cross_damping;
 mod cubic_stiffness;
 mod damped_stop;
 mod dead_zone;
@@ -133,6 +134,7 @@ pub static CATALOGUE: &[&Effect] = &[
     &coupling_friction::EFFECT,
     &transmission_backlash::EFFECT,
     &coriolis_coupling::EFFECT,
+    &cross_damping::EFFECT,
     &lugre_friction::EFFECT,
     &maxwell_slip::EFFECT,
     &hysteresis::EFFECT,

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// The class names of the design, but for parameter_error, which is no law, and those that were
 /// added to it.
-const DESIGNED: [&str; 49] = [
+const DESIGNED: [&str; 50] = [
     "viscous_friction",
     "coulomb_friction",
     "stribeck_friction",
@@ -32,6 +32,7 @@ const DESIGNED: [&str; 49] = [
     "coupling_friction",
     "transmission_backlash",
     "coriolis_coupling",
+    "cross_damping",
     "lugre_friction",
     "maxwell_slip",
     "hysteresis",
@@ -127,6 +128,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("cogging", &["N", "1/m", "1"], &["N m", "1/rad", "1"]),
         ("coupling_stiffness", &["N/m"], &["N m/rad"]),
         ("coriolis_coupling", &["N s^2/m^2"], &["N m s^2/rad^2"]),
+        ("cross_damping", &["N s/m"], &["N m s/rad"]),
         ("hysteresis", &["N/m", "1/m", "1/m"], &["N m/rad", "1/rad", "1/rad"]),
         ("backlash", &["N/m", "m"], &["N m/rad", "rad"]),
         ("viscoelastic", &["N/m", "s"], &["N m/rad", "s"]),

@@ -136,6 +136,7 @@ fn an_added_inertia_resists_acceleration() {
 fn couplings_obey_their_formulas() {
     obeys("coupling_stiffness", &[3.0], |p| 3.0 * (p.other_q - p.q));
     obeys("coriolis_coupling", &[0.4], |p| 0.4 * p.v * p.other_v);
+    obeys("cross_damping", &[0.4], |p| -0.4 * p.other_v);
     for ratio in [1.0, -1.0, 0.4] {
         let slip = |p: &Local| ratio * p.other_v - p.v;
         obeys("coupling_friction", &[0.7, 0.05, ratio], |p| 0.7 * (slip(p) / 0.05).tanh());
@@ -143,7 +144,7 @@ fn couplings_obey_their_formulas() {
         assert_eq!(law("coupling_friction").plain().passed_on(&[0.05, ratio]), ratio);
     }
     assert!(law("coupling_stiffness").reacts() && law("coupling_friction").reacts());
-    assert!(!law("coriolis_coupling").reacts());
+    assert!(!law("coriolis_coupling").reacts() && !law("cross_damping").reacts());
 }
 
 /// With the shaft that the model has it makes one that pushes beyond its gap alone.
@@ -182,7 +183,8 @@ fn couplings_name_another_channel_and_springs_count_once() {
     };
     let mutual = ["coupling_stiffness", "coupling_friction", "transmission_backlash"];
     assert_eq!(of(Effect::is_mutual), mutual);
-    assert_eq!(of(Effect::couples), [&mutual[..], &["coriolis_coupling", "spill"]].concat());
+    let one_sided = ["coriolis_coupling", "cross_damping", "spill"];
+    assert_eq!(of(Effect::couples), [&mutual[..], &one_sided].concat());
     assert_eq!(of(Effect::names_input), ["load_friction", "input_damping"]);
 }
 

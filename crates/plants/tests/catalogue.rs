@@ -77,6 +77,7 @@ const EFFECTS: &[(&str, &str, &[&str])] = &[
     ("coupling_friction", "other = \"q2\"\nmagnitude = 0.2", &["q1"]),
     ("transmission_backlash", "other = \"q2\"\nstiffness = 2.0\ngap = 0.1", &["q1"]),
     ("coriolis_coupling", "other = \"q2\"\ncoefficient = 2.0", &["q1"]),
+    ("cross_damping", "other = \"q2\"\ncoefficient = 2.0", &["q1"]),
     ("hysteresis", "stiffness = 3.0\nbeta = 5\ngamma = 4", &["q1"]),
     ("hysteresis", "stiffness = 3.0\nbeta = 1\ngamma = -1.4", &["q1"]),
     ("backlash", "stiffness = 2.0\ngap = 0.1", &["q1"]),
