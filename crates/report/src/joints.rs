@@ -1,5 +1,6 @@
 //! The findings of a robot, by kind of physics and by joint.
 
+use crate::words;
 use lacuna_discrepancy::Diagnosis;
 use lacuna_discrepancy::diagnosis::{Finding, Joint, Robot};
 use lacuna_effects::Quantity;
@@ -10,13 +11,46 @@ pub(crate) struct Kind<'d> {
     pub words: &'static str,
     /// The findings of each joint, in the order of joints.
     pub of_joints: Vec<Vec<&'d Finding>>,
+    joints: &'d [Joint],
     quantity: Option<Quantity>,
 }
 
 impl<'d> Kind<'d> {
     /// Whether it is missing on each of several joints.
-    pub fn is_everywhere(&self) -> bool {
+    fn is_everywhere(&self) -> bool {
         self.of_joints.len() > 1 && self.of_joints.iter().all(|of| !of.is_empty())
+    }
+
+    /// Whether it is missing on more than one.
+    pub fn is_on_several(&self) -> bool {
+        self.having().nth(1).is_some()
+    }
+
+    /// What is missing where: `dry friction on all six joints`, `on all joints but wrist`, `on shoulder and elbow`.
+    pub fn name(&self) -> String {
+        /// Of fewer joints those that have it are no longer a list.
+        const MANY: usize = 4;
+        let joints = self.of_joints.len();
+        let lacking = (0..joints).filter(|k| self.of_joints[*k].is_empty()).collect::<Vec<_>>();
+        let place = match lacking[..] {
+            [] => format!("on {} joints", all(joints)),
+            [one] if joints >= MANY => format!("on all joints but {}", self.joints[one].name),
+            _ => self.places(),
+        };
+        format!("{} {place}", self.words)
+    }
+
+    /// The channels on which its findings are: `on shoulder and elbow`.
+    fn places(&self) -> String {
+        let channels: Vec<String> = self.having().map(|of| of[0].channel.clone()).collect();
+        let list = words::list(&channels);
+        let first = self.findings().next().and_then(|f| lacuna_effects::find(&f.class));
+        first.map_or_else(|| format!("on {list}"), |effect| effect.acts.at(&list))
+    }
+
+    /// The findings of each joint that has any.
+    fn having(&self) -> impl Iterator<Item = &[&'d Finding]> {
+        self.of_joints.iter().map(|of| &of[..]).filter(|of| !of.is_empty())
     }
 
     pub fn findings(&self) -> impl Iterator<Item = &'d Finding> {
@@ -37,7 +71,7 @@ pub(crate) fn kinds(d: &Diagnosis) -> Vec<Kind<'_>> {
         let place = kinds.iter().position(|k| k.words == words).unwrap_or_else(|| {
             let of_joints = vec![vec![]; robot.joints.len()];
             let quantity = effect.nature.stated.map(|s| s.quantity);
-            kinds.push(Kind { words, of_joints, quantity });
+            kinds.push(Kind { words, of_joints, joints: &robot.joints, quantity });
             kinds.len() - 1
         });
         kinds[place].of_joints[joint].push(finding);
@@ -72,7 +106,7 @@ fn unstated(robot: &Robot, quantity: Quantity) -> Option<&'static str> {
 }
 
 /// `both`, `all six`.
-pub(crate) fn all(n: usize) -> String {
+fn all(n: usize) -> String {
     if n == 2 { "both".to_owned() } else { format!("all {}", count(n)) }
 }
 

@@ -267,16 +267,15 @@ fn named(d: &Diagnosis, sure: bool) -> Vec<String> {
     told(d).into_iter().map(words).collect()
 }
 
-/// The findings and how sure they are; those of one kind that is missing on every joint of a robot as one.
+/// The findings and how sure they are; those of one kind on several joints of a robot as one.
 pub(crate) fn told(d: &Diagnosis) -> Vec<(String, String)> {
-    let everywhere: Vec<Kind> = joints::kinds(d).into_iter().filter(Kind::is_everywhere).collect();
+    let several: Vec<Kind> = joints::kinds(d).into_iter().filter(Kind::is_on_several).collect();
     let one = |f: &Finding| {
-        let Some(kind) = everywhere.iter().find(|k| k.findings().any(|other| other == f)) else {
+        let Some(kind) = several.iter().find(|k| k.findings().any(|other| other == f)) else {
             return (name(f), percent(f.probability));
         };
-        let all = joints::all(kind.of_joints.len());
         let least = kind.findings().map(|f| f.probability).fold(1.0, f64::min);
-        (format!("{} on {all} joints", kind.words), format!("at least {}", percent(least)))
+        (kind.name(), format!("at least {}", percent(least)))
     };
     let mut told: Vec<(String, String)> = vec![];
     for words in d.findings.iter().map(one) {
@@ -288,7 +287,7 @@ pub(crate) fn told(d: &Diagnosis) -> Vec<(String, String)> {
 }
 
 /// `a`, `a and b`, `a, b and c`.
-fn list(items: &[String]) -> String {
+pub(crate) fn list(items: &[String]) -> String {
     match items {
         [] => String::new(),
         [only] => only.clone(),

@@ -2,6 +2,7 @@
 
 use crate::cases::{HOSTILE, missing, null, proof, robot, two_findings, unexplained};
 use lacuna_discrepancy::Diagnosis;
+use lacuna_discrepancy::diagnosis::{Finding, Joint};
 use lacuna_report::number::{percent, with_std};
 use lacuna_report::{Proof, files, page};
 
@@ -82,6 +83,28 @@ fn findings_of_a_robot_are_told_by_joint() {
     joints.iter_mut().for_each(|j| j.friction = 0.1);
     let html = page(&one, MODEL, &[], COMMAND);
     assert!(!html.contains("by joint") && !html.contains("has no friction"));
+}
+
+/// Twenty findings are a sentence where those of one kind are told together.
+#[test]
+fn findings_of_one_kind_are_told_together() {
+    let mut d = robot();
+    let robot = d.robot.as_mut().expect("a robot");
+    for name in ["forearm", "wrist"] {
+        let joint = Joint { name: name.into(), input: name.into(), ..robot.joints[0].clone() };
+        robot.joints.push(Joint { velocity: format!("{name}_vel"), link: name.into(), ..joint });
+    }
+    let html = page(&d, MODEL, &[], COMMAND);
+    for part in [
+        "Missing from arm: dry friction on shoulder and elbow and a payload on link lower",
+        "arm lacks dry friction on shoulder and elbow (at least 88 % sure)",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+    let forearm = Finding { channel: "forearm".into(), ..d.findings[0].clone() };
+    d.findings.push(forearm);
+    let part = "Missing from arm: dry friction on all joints but wrist and a payload on link lower";
+    assert!(page(&d, MODEL, &[], COMMAND).contains(part));
 }
 
 #[test]
