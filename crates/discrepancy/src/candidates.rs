@@ -2,6 +2,7 @@
 
 use lacuna_effects::{Acts, CATALOGUE, Effect, Law, Scales, Variable};
 use lacuna_plants::Model;
+use lacuna_plants::model::ModelEffect;
 
 /// An effect on a channel (or input), its shape still open.
 #[derive(Clone, Copy, Debug)]
@@ -109,6 +110,12 @@ fn partners(
 }
 
 impl Candidate {
+    /// That which an effect is.
+    #[must_use]
+    pub fn of(e: &ModelEffect) -> Self {
+        Self { effect: e.effect, channel: e.channel, other: e.other }
+    }
+
     /// Whether another candidate is no addition to this one: it is the same, or a variant of
     /// the same kind of physics in the same place.
     #[must_use]

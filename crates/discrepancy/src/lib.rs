@@ -29,6 +29,7 @@
 //! The linearised likelihood screens: hundreds of candidates cost a second. The likelihood
 //! itself, of the differential equation with free initial states, decides.
 
+mod against;
 pub mod candidates;
 pub mod colour;
 pub mod dataset;

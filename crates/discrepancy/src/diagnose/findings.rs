@@ -3,6 +3,7 @@
 use super::location;
 use super::outcome::Ladder;
 use super::separate::Open;
+use crate::against::against_one;
 use crate::candidates::Candidate;
 use crate::diagnosis::{Alternative, Curve, Estimate, Experiment, Finding, FormulaFit, Support};
 use crate::likelihood::Fit;
@@ -62,7 +63,7 @@ impl Ladder<'_> {
             })
             .collect();
         let rivals = rivals_of(e, named);
-        let support = self.support(named.gain, &rivals);
+        let support = self.support(k, named.gain, &rivals);
         let probability = ProbabilityMap::fitted().probability(&support, &self.formula());
         let alternatives = self.alternatives(probability, &rivals);
         let curve = self.curve(k, e);
@@ -118,8 +119,9 @@ impl Ladder<'_> {
     }
 
     /// What speaks by the evidence alone for a class that gains so much and has these rivals.
-    fn support(&self, gain: f64, rivals: &[&Rival]) -> Support {
-        let nothing = gain - self.decision.prior_odds;
+    fn support(&self, k: usize, gain: f64, rivals: &[&Rival]) -> Support {
+        let against = against_one(self.problem.model, &self.decision, &self.effects, k);
+        let nothing = gain - against;
         let behind = rivals.iter().map(|r| r.behind).chain([nothing]);
         let most = self.found.named.iter().map(|n| n.gain).fold(gain, f64::max);
         let part = if most > 0.0 { (gain / most).max(0.0) } else { 1.0 };

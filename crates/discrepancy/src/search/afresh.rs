@@ -5,9 +5,7 @@
 //! begin in several places.
 
 use super::forward::settles;
-use super::{
-    First, MOST_EFFECTS, Named, Once, Path, Search, Searched, candidate_of, effect_of, untried,
-};
+use super::{First, MOST_EFFECTS, Named, Once, Path, Search, Searched, effect_of, untried};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, QUICK};
 use lacuna_effects::Acts;
@@ -53,7 +51,7 @@ impl<'p> Search<'p> {
             return true;
         }
         let hides = |c: Candidate| c.effect.acts == Acts::Sensors || c.is_constant();
-        if path.fit.hypothesis.supposed().iter().map(candidate_of).all(hides) {
+        if path.fit.hypothesis.supposed().iter().map(Candidate::of).all(hides) {
             return false;
         }
         let without = calibrated.at_level(path.fit.windowed.level, QUICK);

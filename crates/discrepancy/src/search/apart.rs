@@ -40,7 +40,7 @@ impl<'p> Search<'p> {
         let plain = h.clone().without(h.supposed().len() - 1);
         let on = |h: Hypothesis, channel: usize| {
             let of = Candidate { effect, channel, other: None };
-            let free = !h.supposed().iter().any(|e| super::candidate_of(e).excludes(&of));
+            let free = !h.supposed().iter().any(|e| Candidate::of(e).excludes(&of));
             let (parameters, std) = (parameters.clone(), vec![None; parameters.len()]);
             let law = ModelEffect { effect, channel, other: None, parameters, std };
             (free && self.candidates.contains(&of)).then(|| self.with(&h, law))

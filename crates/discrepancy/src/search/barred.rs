@@ -1,7 +1,7 @@
 //! What a name bars. A law that says most of what two others do bars its kin from standing beside it, and so may bar
 //! one of the two: a spring that slips is nearly a loop and dry friction, and the friction is its kin.
 
-use super::{MOST_EFFECTS, Named, Path, Rival, Search, candidate_of, chain};
+use super::{MOST_EFFECTS, Named, Path, Rival, Search, chain};
 use crate::candidates::Candidate;
 use crate::likelihood::QUICK;
 
@@ -14,7 +14,7 @@ impl<'p> Search<'p> {
             return path;
         }
         let named = path.fit.hypothesis.supposed();
-        let Some(own) = named.last().map(candidate_of) else { return path };
+        let Some(own) = named.last().map(Candidate::of) else { return path };
         for rival in last.rivals.iter().filter(|r| self.bars_less(&own, &r.candidate)) {
             let Ok(fit) = path.fit.refit(rival.hypothesis.clone(), QUICK) else { continue };
             self.tell("begun anew", &fit);

@@ -7,7 +7,8 @@
 //! `|D|^2`; if it only fits what is peculiar to the recordings it was fitted to, they rise by about
 //! as much. Where D is small, the folds do not touch what it describes and say nothing.
 
-use super::{Path, Rival, Search, candidate_of, chain, untried};
+use super::{Path, Rival, Search, chain, untried};
+use crate::candidates::Candidate;
 use crate::decision::Decision;
 use crate::likelihood::{Effort, FULL, Fit, FitError, QUICK, STILL, Said};
 use rayon::prelude::*;
@@ -214,7 +215,7 @@ impl Search<'_> {
             self.watch.tell(&format!("{words} leads a simpler law by {lead:.1} nats"));
             if lead < self.decision.tie || self.refuted(&simple, &path.fit) {
                 let rich = &path.fit.hypothesis;
-                let candidate = candidate_of(&rich.supposed()[k]);
+                let candidate = Candidate::of(&rich.supposed()[k]);
                 let behind = self.decision.tie;
                 let rival = Rival { candidate, behind, hypothesis: rich.clone() };
                 let mut named = path.named.remove(k);

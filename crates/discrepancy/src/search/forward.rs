@@ -1,6 +1,6 @@
 //! Forward selection.
 
-use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of, term_of, untried};
+use super::{Named, Path, Rival, Search, chain, effect_of, term_of, untried};
 use crate::candidates::{Candidate, Term};
 use crate::decision::Decision;
 use crate::likelihood::evidence::common_temperature;
@@ -162,7 +162,7 @@ impl<'p> Search<'p> {
             None => with.log_evidence(inflation) - base.log_evidence(inflation),
         };
         let (model, laws) = (self.problem.model, base.hypothesis.supposed());
-        let further = candidate_of(effect);
+        let further = Candidate::of(effect);
         let alike: Vec<usize> =
             laws.iter().filter(|e| says_alike(e, &further)).map(|e| e.channel).collect();
         let lead = |channel: usize| {
@@ -188,7 +188,7 @@ impl<'p> Search<'p> {
         let screen = if self.afresh { Screen::along_measured(base) } else { Screen::new(base) };
         let Ok(screen) = screen else { return Look::default() };
         let supposed = base.hypothesis.supposed();
-        let have: Vec<Candidate> = supposed.iter().map(candidate_of).collect();
+        let have: Vec<Candidate> = supposed.iter().map(Candidate::of).collect();
         let left = |c: &&Candidate| {
             !have.iter().any(|h| h.excludes(c))
                 && !supposed.iter().any(|e| curve_covers(e, c) || moves_curve(e, c))
@@ -526,7 +526,7 @@ fn acts_on(model: &Model, e: &ModelEffect, channel: usize) -> bool {
 
 /// Whether the formula of an effect need not be quite right: a constant's is.
 fn leaves_remainder(e: &ModelEffect) -> bool {
-    !candidate_of(e).is_constant()
+    !Candidate::of(e).is_constant()
 }
 
 /// Whether what a candidate says could be the remainder of a law: it acts on the same channel by the same

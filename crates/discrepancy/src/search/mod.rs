@@ -533,12 +533,6 @@ fn names(fit: &Fit) -> String {
     fit.hypothesis.supposed().iter().map(|e| format!(", {}", e.effect.words)).collect()
 }
 
-/// The candidate that an effect is.
-#[must_use]
-pub fn candidate_of(e: &ModelEffect) -> Candidate {
-    Candidate { effect: e.effect, channel: e.channel, other: e.other }
-}
-
 /// What is screened of an effect: all but its amplitudes.
 fn term_of(e: &ModelEffect) -> Term {
     let shape = match e.effect.law {
@@ -547,7 +541,7 @@ fn term_of(e: &ModelEffect) -> Term {
         Law::Input(_) => e.parameters.clone(),
         Law::Sensor(_) => vec![],
     };
-    Term { candidate: candidate_of(e), shape }
+    Term { candidate: Candidate::of(e), shape }
 }
 
 /// An effect with internal parameters of the screening.

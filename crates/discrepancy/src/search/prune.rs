@@ -3,7 +3,7 @@
 
 use super::driven::Quieted;
 use super::forward::{Look, rank, says_alike, settles};
-use super::{MOST_EFFECTS, Named, Once, Path, Rival, Search, candidate_of, chain, untried};
+use super::{MOST_EFFECTS, Named, Once, Path, Rival, Search, chain, untried};
 use crate::candidates::Candidate;
 use crate::decision::Decision;
 use crate::likelihood::{FULL, Fit, QUICK};
@@ -72,7 +72,7 @@ impl<'p> Search<'p> {
             return false;
         };
         let drop = fit.excess() - path.fit.excess();
-        let own = candidate_of(&path.fit.hypothesis.supposed()[k]);
+        let own = Candidate::of(&path.fit.hypothesis.supposed()[k]);
         let others = fit.hypothesis.supposed();
         let missed =
             fit.reduced() > self.decision.noise && !others.iter().any(|e| says_alike(e, &own));
@@ -98,7 +98,7 @@ impl<'p> Search<'p> {
         if lead <= least {
             return false;
         }
-        let own = candidate_of(&path.fit.hypothesis.supposed()[k]);
+        let own = Candidate::of(&path.fit.hypothesis.supposed()[k]);
         let before = std::mem::replace(&mut path.fit, best.fit).hypothesis;
         let mut named = path.named.remove(k);
         named.rivals.retain(|r| r.candidate != best.candidate);
@@ -113,7 +113,7 @@ impl<'p> Search<'p> {
     /// Try what else could stand in the place of effect `k`; whether what does is of another kind.
     fn swap(&self, path: &mut Path<'p>, k: usize, without: &Fit<'p>) -> bool {
         let short = self.shorter(without);
-        let own = candidate_of(&path.fit.hypothesis.supposed()[k]);
+        let own = Candidate::of(&path.fit.hypothesis.supposed()[k]);
         let mut shortlist = self.look(&short).shortlist;
         shortlist.retain(|s| s.term.candidate != own);
         shortlist.truncate(3);
@@ -211,7 +211,7 @@ impl<'p> Search<'p> {
         let gained = learned.gain_over(base);
         let longest = chain::polish(self.lengthen(learned));
         let h = &parametric.fit.hypothesis;
-        let rival = |e| Rival { candidate: candidate_of(e), behind: lead, hypothesis: h.clone() };
+        let rival = |e| Rival { candidate: Candidate::of(e), behind: lead, hypothesis: h.clone() };
         let named = Named { gain: gained, rivals: h.supposed().iter().map(rival).collect() };
         let path = self.spelled(Path { fit: longest, named: vec![named] });
         // Whether names would do was not asked to the end.

@@ -1,7 +1,7 @@
 //! A force rather than a sensor. A servo that droops under a constant load and one whose sensor has an offset are the
 //! same recordings: where both say as much, the force is named, and the sensor is its rival.
 
-use super::{Path, Rival, Search, candidate_of, effect_of};
+use super::{Path, Rival, Search, effect_of};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, QUICK, STILL, What};
 use lacuna_effects::Acts;
@@ -10,9 +10,9 @@ impl<'p> Search<'p> {
     /// A path in which a constant force stands in the place of what is said of a sensor, wherever it says as much.
     pub(super) fn force_rather(&self, mut path: Path<'p>) -> Path<'p> {
         for k in (0..path.named.len()).rev() {
-            let sensor = candidate_of(&path.fit.hypothesis.supposed()[k]);
+            let sensor = Candidate::of(&path.fit.hypothesis.supposed()[k]);
             let Some(force) = self.constant_on(&sensor) else { continue };
-            if path.fit.hypothesis.supposed().iter().any(|e| candidate_of(e) == force) {
+            if path.fit.hypothesis.supposed().iter().any(|e| Candidate::of(e) == force) {
                 continue;
             }
             let Some(fit) = self.taken_over(&path.fit, k, &force) else { continue };

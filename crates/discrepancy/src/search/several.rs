@@ -3,7 +3,7 @@
 //! more than either, for it says both.
 
 use super::forward::{Tried, named, rank, says_alike, settles};
-use super::{Path, Search, candidate_of, chain};
+use super::{Path, Search, chain};
 use crate::candidates::Candidate;
 use crate::likelihood::{Fit, QUICK};
 use crate::screen::Screen;
@@ -63,7 +63,7 @@ impl<'p> Search<'p> {
     fn says_rest(&self, base: &Fit<'p>, rest: &Rest, with: &Fit<'p>) -> bool {
         let decision = &self.decision;
         let before = base.hypothesis.supposed();
-        let is_new = |e: &&ModelEffect| before.iter().all(|b| candidate_of(b) != candidate_of(e));
+        let is_new = |e: &&ModelEffect| before.iter().all(|b| Candidate::of(b) != Candidate::of(e));
         let further: Vec<_> = with.hypothesis.supposed().iter().filter(is_new).collect();
         let inflation = base.inflation();
         let says = with.log_evidence(inflation) - base.log_evidence(inflation);
@@ -71,7 +71,7 @@ impl<'p> Search<'p> {
             true => rest.nats + further.len() as f64 * decision.prior_odds,
             false => (1.0 - decision.share) * rest.nats,
         };
-        further.iter().all(|e| is_own(&candidate_of(e)))
+        further.iter().all(|e| is_own(&Candidate::of(e)))
             && settles(decision, (base, with), decision.further_share, 0.0)
             && with.excess() < rest.exact
             && says > least
@@ -99,7 +99,7 @@ fn is_own(c: &Candidate) -> bool {
 /// Whether all further effects are with one that was there but a curve over its variable.
 fn is_curve(before: &[ModelEffect], further: &[&ModelEffect]) -> bool {
     let over_one = |e: &&ModelEffect| e.effect.variables(&e.parameters).len() == 1;
-    let all_alike = |e: &ModelEffect| further.iter().all(|f| says_alike(e, &candidate_of(f)));
+    let all_alike = |e: &ModelEffect| further.iter().all(|f| says_alike(e, &Candidate::of(f)));
     before.iter().filter(over_one).any(all_alike)
 }
 

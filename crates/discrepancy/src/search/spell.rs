@@ -4,7 +4,7 @@
 
 use super::forward::{curve_covers, says_alike};
 use super::prune::worth_a_curve;
-use super::{Named, Path, Rival, Search, candidate_of, chain, effect_of};
+use super::{Named, Path, Rival, Search, chain, effect_of};
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::{FULL, Fit, QUICK};
 use crate::trajectories::SmoothedRecording;
@@ -88,7 +88,7 @@ impl<'p> Search<'p> {
         let least = least.min_by(|a, b| a.1.misfit().total_cmp(&b.1.misfit()));
         // Nothing follows without either.
         let Some((k, base)) = least else { return true };
-        let further = candidate_of(&supposed[k]);
+        let further = Candidate::of(&supposed[k]);
         if !base.hypothesis.supposed().iter().any(|e| says_alike(e, &further)) {
             return true;
         }
@@ -100,7 +100,7 @@ impl<'p> Search<'p> {
     pub(super) fn named_instead(&self, mut path: Path<'p>, best: Fit<'p>, lead: f64) -> Path<'p> {
         path.named.pop();
         let h = &path.fit.hypothesis;
-        let candidate = h.supposed().last().map(candidate_of);
+        let candidate = h.supposed().last().map(Candidate::of);
         let rivals: Vec<Rival> = candidate
             .map(|candidate| Rival { candidate, behind: lead, hypothesis: h.clone() })
             .into_iter()
@@ -157,7 +157,7 @@ impl<'p> Search<'p> {
         let internal = curve.internal();
         let Law::Force(law) = curve.effect.law else { return None };
         let (amplitudes, shape) = internal.split_at(law.amplitudes());
-        let knots = series(&candidate_of(curve), shape, &motion)?;
+        let knots = series(&Candidate::of(curve), shape, &motion)?;
         let value = |k: usize| amplitudes.iter().zip(&knots).map(|(a, s)| a * s[k]).sum();
         rows.push((0..motion.len()).map(value).collect());
         let matrix = DMatrix::from_fn(motion.len(), rows.len(), |i, j| rows[j][i]);

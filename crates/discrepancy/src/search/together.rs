@@ -8,7 +8,8 @@
 
 use super::driven::Quieted;
 use super::folds::Folded;
-use super::{Named, Path, Rival, Search, Searched, candidate_of, effect_of, untried};
+use super::{Named, Path, Rival, Search, Searched, effect_of, untried};
+use crate::against::against_one;
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, FitError, Hypothesis, QUICK};
 use crate::missing_force::{Belief, Obeyed, laws};
@@ -26,7 +27,7 @@ impl<'p> Search<'p> {
         }
         self.watch.tell("the laws of the missing forces of all joints");
         let belief = Belief::of(model, self.decision.prior_odds);
-        let all = laws(self.problem, &belief, &self.candidates, self.decision.tie);
+        let all = laws(self.problem, &belief, &self.candidates, &self.decision);
         if all.is_empty() {
             return None;
         }
@@ -202,7 +203,7 @@ impl<'p> Search<'p> {
     /// The other law of its kind that would gain most beside one, if that is beyond doubt: what leads it in its place
     /// gains beside it, and so does every richer law a little.
     fn better_kin(&self, screen: &Screen, law: &ModelEffect) -> Option<Candidate> {
-        let own = candidate_of(law);
+        let own = Candidate::of(law);
         let kin = self.candidates.iter().filter(|c| own.excludes(c) && **c != own);
         let gains = screen.score(&kin.copied().collect::<Vec<_>>());
         let best = gains.first().filter(|best| best.gain > self.decision.beyond_doubt())?;
@@ -238,7 +239,6 @@ impl<'p> Search<'p> {
     /// amplitudes, those that no amplitude vanishes with by a fit without them; the others are taken away, the least
     /// missed first.
     fn missed(&self, mut path: Path<'p>) -> Path<'p> {
-        let least = self.decision.prior_odds;
         loop {
             let temperature = path.fit.temperature();
             for (k, named) in path.named.iter_mut().enumerate() {
@@ -246,7 +246,11 @@ impl<'p> Search<'p> {
                 named.gain = gain.unwrap_or(named.gain);
             }
             let gains = path.named.iter().map(|n| n.gain).enumerate();
-            let Some((k, gain)) = gains.min_by(|a, b| a.1.total_cmp(&b.1)) else { return path };
+            let over = gains.map(|(k, gain)| (k, gain, self.against(&path.fit, k)));
+            let Some((k, gain, least)) = over.min_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))
+            else {
+                return path;
+            };
             // Posteriors are not quite normal.
             if gain > 2.0 * least || self.watch.skips(untried::MISSED) {
                 return path;
@@ -277,9 +281,14 @@ impl<'p> Search<'p> {
         let effect = with.hypothesis.supposed()[k].clone();
         let again = without.refit(self.with(&without.hypothesis, effect), FULL).ok()?;
         let better = again.gain_over(with) > self.decision.tie;
-        let missed = again.gain_over(without) > self.decision.prior_odds;
+        let missed = again.gain_over(without) > self.against(with, k);
         (better && missed && !again.vanishes(again.hypothesis.supposed().len() - 1))
             .then_some(again)
+    }
+
+    /// Nats against effect `k` of a fit beside the others.
+    fn against(&self, fit: &Fit, k: usize) -> f64 {
+        against_one(self.problem.model, &self.decision, fit.hypothesis.supposed(), k)
     }
 
     fn is_beyond_doubt(&self, named: &Named) -> bool {
@@ -304,7 +313,7 @@ impl<'p> Search<'p> {
             if self.is_beyond_doubt(&path.named[k]) || self.watch.skips(untried::FOLDS) {
                 continue;
             }
-            let nats = (path.named[k].gain, least);
+            let nats = (path.named[k].gain, self.against(&folded.fit, k));
             if let Some(without) = folded.without_refuted(decision, k, nats) {
                 path.named.remove(k);
                 folded = Folded::of(without);

@@ -37,7 +37,7 @@ impl<'p> Search<'p> {
         k: usize,
         wanted: impl Fn(&Candidate) -> bool,
     ) -> Option<Tried<'p>> {
-        let own = super::candidate_of(fit.hypothesis.supposed().get(k)?);
+        let own = Candidate::of(fit.hypothesis.supposed().get(k)?);
         let mut tried = self.variants(fit, k, |c| *c != own && wanted(c));
         rank(&mut tried);
         tried.into_iter().next()
@@ -63,11 +63,11 @@ impl<'p> Search<'p> {
         let plain = fit.hypothesis.clone().without(k);
         let glance = Effort { steps: 3, least: 0.3 };
         let mut kin = siblings(fitted, self);
-        kin.retain(|effect| wanted(&super::candidate_of(effect)));
+        kin.retain(|effect| wanted(&Candidate::of(effect)));
         let glanced: Vec<Option<Tried>> = kin
             .into_par_iter()
             .map(|effect| {
-                let candidate = super::candidate_of(&effect);
+                let candidate = Candidate::of(&effect);
                 let fit = fit.glimpse(self.with(&plain, effect), glance).ok()?;
                 Some(Tried { candidate, fit })
             })
@@ -95,7 +95,7 @@ impl<'p> Search<'p> {
 /// An effect written with the laws of its family, as far as their parameters correspond; with its
 /// own where that has several beginnings, or names another input.
 fn siblings(fitted: &ModelEffect, search: &Search) -> Vec<ModelEffect> {
-    let own = super::candidate_of(fitted);
+    let own = Candidate::of(fitted);
     let here = search.candidates.iter().filter(|c| c.channel == own.channel);
     let kin = here.filter(|c| c.effect.is_kin_of(own.effect));
     let begun = |c: &Candidate| {

@@ -19,7 +19,7 @@ impl Pursuit<'_> {
         let many = candidates.iter().filter(|c| acts_on_many(c)).collect::<Vec<_>>();
         let mut scored: Vec<(Taken, f64)> =
             many.into_par_iter().filter_map(|c| self.scored(&base, c)).collect();
-        scored.retain(|s| s.1 > self.prior_odds);
+        scored.retain(|s| s.1 > self.decision.prior_odds);
         scored.sort_by(|a, b| b.1.total_cmp(&a.1));
         scored.into_iter().take(BEGINNINGS).map(|s| s.0).collect()
     }
@@ -91,7 +91,7 @@ impl Pursuit<'_> {
             made.push(law.clone());
         }
         let series = |left: &[f64]| colour(series(rows, left).into_iter(), RELIABLE);
-        let chosen = subset.likeliest(self.prior_odds, series);
+        let chosen = subset.likeliest(self.decision.prior_odds, series);
         let mut at = 0;
         made.retain(|_| {
             at += 1;

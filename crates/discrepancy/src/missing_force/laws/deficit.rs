@@ -10,7 +10,7 @@ impl Pursuit<'_> {
     /// These laws, or, on channels where others are likelier once the inputs must be explained too, what is found
     /// without laws of their inputs. Of a joint that its model needs hardly a torque for, a law that silences the
     /// actuator leaves as little as friction does; but of what it silences it says nothing ([`Self::silenced`]).
-    pub(super) fn heard(self, empty: &Self, candidates: &[Candidate], tie: f64) -> Self {
+    pub(super) fn heard(self, empty: &Self, candidates: &[Candidate]) -> Self {
         let on: Vec<usize> =
             (0..self.blocks.len()).filter(|&c| self.laws_of_inputs(c).next().is_some()).collect();
         if on.is_empty() {
@@ -21,14 +21,14 @@ impl Pursuit<'_> {
         let without = |channels: &[usize]| {
             let left: Vec<Candidate> =
                 candidates.iter().filter(|k| !drives(channels, k)).copied().collect();
-            empty.clone().pursued(&left, tie)
+            empty.clone().pursued(&left)
         };
         let other = without(&on);
         let colour = |p: &Self, c: usize| p.blocks[c].as_ref().map_or(1.0, |b| b.colour);
         let worse = |c: &usize| {
             let colour = f64::max(colour(&self, *c), colour(&other, *c));
             let [own, other] = [&self, &other].map(|p| p.deficit_of(*c, colour));
-            other + tie < own
+            other + self.decision.tie < own
         };
         let silent: Vec<usize> = on.iter().copied().filter(worse).collect();
         match silent.len() {
@@ -60,9 +60,11 @@ impl Pursuit<'_> {
     /// what they cost; of so many rows that are correlated one is counted.
     fn deficit_of(&self, c: usize, colour: f64) -> f64 {
         let Some(block) = &self.blocks[c] else { return 0.0 };
-        let laws = self.taken.iter().filter(|t| self.acts_alone(&t.term.candidate, c)).count();
+        let laws = self.taken.iter().zip(self.against_each());
+        let laws = laws.filter(|(t, _)| self.acts_alone(&t.term.candidate, c));
+        let cost: f64 = laws.map(|(_, against)| against).sum();
         let all = block.deficit * block.colour + self.silenced(c, block);
-        all / colour + self.prior_odds * laws as f64
+        all / colour + cost
     }
 
     /// Nats by which laws of a channel's inputs make the motion more likely only in that less of the input
@@ -97,7 +99,7 @@ impl Pursuit<'_> {
     /// Nats that are missing to rows of nothing but the sensors' noise, and what the laws cost.
     pub(super) fn deficit(&self) -> f64 {
         let left: f64 = self.blocks.iter().flatten().map(|b| b.deficit).sum();
-        left + self.prior_odds * self.taken.len() as f64
+        left + self.against_each().sum::<f64>()
     }
 
     /// Whether some channel is left with more than the noise of its sensors.

@@ -23,6 +23,7 @@ use super::along::Along;
 use super::columns::{Columns, Slopes};
 use super::rows::Rows;
 use super::{Belief, rows_of};
+use crate::Decision;
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::Problem;
 use lacuna_effects::{CATALOGUE, Law, Variable};
@@ -56,7 +57,12 @@ pub struct Instead {
 
 /// The laws that the missing forces of a problem's recordings obey, of these candidates.
 #[must_use]
-pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f64) -> Vec<Obeyed> {
+pub fn laws(
+    problem: &Problem,
+    belief: &Belief,
+    candidates: &[Candidate],
+    decision: &Decision,
+) -> Vec<Obeyed> {
     let all: Vec<Along> = (0..problem.smoothed.len())
         .into_par_iter()
         .map(|r| Along::new(problem, belief, r))
@@ -75,9 +81,11 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
     };
     let plain: Vec<Candidate> = candidates.iter().filter(|c| is_plain(c)).copied().collect();
     let offers = Offers::default();
-    let Some(empty) = Pursuit::new(&columns, (&offers, candidates), belief) else { return vec![] };
+    let Some(empty) = Pursuit::new(&columns, (&offers, candidates), belief, decision) else {
+        return vec![];
+    };
     let candidates = &plain[..];
-    let mut best = empty.clone().pursued(candidates, tie).heard(&empty, candidates, tie);
+    let mut best = empty.clone().pursued(candidates).heard(&empty, candidates);
     // What is wrong in a sensor, or with a body, passes for many laws of single channels.
     if best.leaves_more_than_noise() {
         for law in empty.of_many_channels(candidates) {
@@ -86,8 +94,8 @@ pub fn laws(problem: &Problem, belief: &Belief, candidates: &[Candidate], tie: f
             if begun.quiet().is_none() {
                 continue;
             }
-            let other = begun.clone().pursued(candidates, tie);
-            let other = other.heard(&begun, candidates, tie);
+            let other = begun.clone().pursued(candidates);
+            let other = other.heard(&begun, candidates);
             if other.deficit() < best.deficit() {
                 best = other;
             }

@@ -6,6 +6,8 @@ use super::super::rows::Rows;
 use super::block::{Block, WHITE, series};
 use super::offers::{MOST_TAKEN, Offers};
 use super::regression::{Added, Regression};
+use crate::Decision;
+use crate::against::against;
 use crate::candidates::{Candidate, Term};
 use crate::colour::{RELIABLE, colour};
 use crate::probability::log_sum_exp;
@@ -37,8 +39,7 @@ pub(super) struct Pursuit<'a> {
     pub(super) taken: Vec<Taken>,
     /// The inputs that drive each channel alone.
     pub(super) inputs_of: Vec<Vec<usize>>,
-    /// Nats against every single law.
-    pub(super) prior_odds: f64,
+    pub(super) decision: &'a Decision,
 }
 
 /// The columns of the model's parameters in units of their tolerances, and the right-hand side of every channel, under
@@ -54,6 +55,7 @@ impl<'a> Pursuit<'a> {
         columns: &'a Columns<'a>,
         (offers, every): (&'a Offers, &'a [Candidate]),
         belief: &Belief,
+        decision: &'a Decision,
     ) -> Option<Self> {
         let rows = columns.rows;
         let right: Vec<Vec<f64>> = rows
@@ -81,7 +83,6 @@ impl<'a> Pursuit<'a> {
             rows.iter().map(|r| if r.is_empty() { None } else { Block::new(r, 0) }).collect();
         blocks.iter().any(Option::is_some).then_some(())?;
         let inputs_of = columns.inputs_that_drive_one();
-        let prior_odds = belief.prior_odds;
         let taken = vec![];
         let quieted = Whitened::default();
         let mut this = Self {
@@ -94,7 +95,7 @@ impl<'a> Pursuit<'a> {
             quieted,
             taken,
             inputs_of,
-            prior_odds,
+            decision,
         };
         this.whiten_known();
         this.quiet()?;
@@ -131,6 +132,18 @@ impl<'a> Pursuit<'a> {
         let laws: Vec<Column> = laws.map(|(column, sd)| self.whitened(column, *sd)).collect();
         let columns: Vec<&Column> = self.quieted.known.iter().chain(&laws).collect();
         Regression::of(&columns, self.quieted.right.clone())
+    }
+
+    /// Nats against a law beside these.
+    pub(super) fn against(&self, law: &Candidate, beside: &[&Taken]) -> f64 {
+        let beside = beside.iter().map(|t| t.term.candidate);
+        against(self.columns.problem.model, self.decision, law, beside)
+    }
+
+    /// Nats against each law that was taken, beside the others.
+    pub(super) fn against_each(&self) -> impl Iterator<Item = f64> {
+        let all = self.taken.iter().enumerate();
+        all.map(|(k, t)| self.against(&t.term.candidate, &self.others(k)))
     }
 
     /// Every law that was taken but one.

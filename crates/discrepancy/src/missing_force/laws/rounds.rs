@@ -11,13 +11,13 @@ const ROUNDS: usize = 12;
 
 impl Pursuit<'_> {
     /// The laws that are found beside those that were taken.
-    pub(super) fn pursued(mut self, candidates: &[Candidate], tie: f64) -> Self {
+    pub(super) fn pursued(mut self, candidates: &[Candidate]) -> Self {
         self.begin(candidates);
-        self.run(candidates, tie);
+        self.run(candidates);
         self
     }
 
-    fn run(&mut self, candidates: &[Candidate], tie: f64) {
+    fn run(&mut self, candidates: &[Candidate]) {
         for _ in 0..ROUNDS {
             let Some(base) = self.base() else { return };
             let have: Vec<Candidate> = self.taken.iter().map(|t| t.term.candidate).collect();
@@ -25,7 +25,11 @@ impl Pursuit<'_> {
                 candidates.iter().filter(|c| !have.iter().any(|h| h.excludes(c))).collect();
             let mut scored: Vec<(Taken, f64)> =
                 left.par_iter().filter_map(|c| self.scored(&base, c)).collect();
-            scored.retain(|s| s.1 > self.prior_odds);
+            let taken: Vec<&Taken> = self.taken.iter().collect();
+            for (law, gain) in &mut scored {
+                *gain -= self.against(&law.term.candidate, &taken);
+            }
+            scored.retain(|s| s.1 > 0.0);
             scored.sort_by(|a, b| b.1.total_cmp(&a.1));
             let mut busy = vec![false; self.blocks.len()];
             let mut news = 0;
@@ -42,7 +46,7 @@ impl Pursuit<'_> {
             if self.quiet().is_none() {
                 return;
             }
-            self.revise(candidates, tie);
+            self.revise(candidates);
             if news == 0 {
                 return;
             }
@@ -50,7 +54,7 @@ impl Pursuit<'_> {
     }
 
     /// Give up what is no longer missed, and put a law in another's place where it is the likelier.
-    fn revise(&mut self, candidates: &[Candidate], tie: f64) {
+    fn revise(&mut self, candidates: &[Candidate]) {
         let mut k = 0;
         while k < self.taken.len() {
             let others = self.others(k);
@@ -63,15 +67,20 @@ impl Pursuit<'_> {
                 .collect();
             let scored: Vec<(Taken, f64)> =
                 rivals.par_iter().filter_map(|c| self.scored(&base, c)).collect();
-            let here = self.gain_here(&base, &self.taken[k], &scored);
-            let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-            let better = best.filter(|(taken, gain)| {
-                let least = if taken.term.candidate == own { here } else { here + tie };
-                *gain > self.prior_odds && *gain >= least
+            let here = self.gain_here(&base, &self.taken[k], &scored) - self.against(&own, &others);
+            let worth = |(taken, gain): (Taken, f64)| {
+                let against = self.against(&taken.term.candidate, &others);
+                (taken, gain - against)
+            };
+            let best = scored.into_iter().map(worth).max_by(|a, b| a.1.total_cmp(&b.1));
+            let better = best.filter(|(taken, worth)| {
+                let least =
+                    if taken.term.candidate == own { here } else { here + self.decision.tie };
+                *worth > 0.0 && *worth >= least
             });
             match better {
                 Some((taken, _)) => self.taken[k] = taken,
-                None if here > self.prior_odds => {}
+                None if here > 0.0 => {}
                 None => {
                     self.taken.remove(k);
                     continue;
@@ -108,7 +117,7 @@ impl Pursuit<'_> {
                 kin.par_iter().filter_map(|c| self.scored(&base, c)).collect();
             let here = self.gain_here(&base, &self.taken[k], &scored);
             let best = scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-            if let Some((taken, _)) = best.filter(|b| b.1 > here + self.prior_odds) {
+            if let Some((taken, _)) = best.filter(|b| b.1 > here + self.decision.prior_odds) {
                 self.taken[k] = taken;
             }
         }
