@@ -21,6 +21,7 @@
 //! | forward selection, rivals, what is missed, folds | [`search::Search`] |
 //! | probability of a class, calibrated | [`probability::ProbabilityMap`] |
 //! | prior odds and the other numbers that decide | [`Decision`] |
+//! | prior odds of laws of one kind on many joints | `against` |
 //! | free runs and windows | [`Predictor`], [`IdentifiedPredictor`] |
 //! | the whole ladder | [`diagnose::diagnose`] |
 //! | the result | [`Diagnosis`] |
