@@ -171,7 +171,8 @@ impl<'p> Search<'p> {
             None => path,
         };
         let calibrated = self.as_calibrated(&path.fit)?;
-        let path = self.kept_by_folds(&calibrated, path);
+        // The measured motion may have promised a richer law more than it is worth beside noise.
+        let path = self.kept_by_folds(&calibrated, self.simplified(path));
         (!path.named.is_empty()).then(|| searched(calibrated, path))
     }
 
