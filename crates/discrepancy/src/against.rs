@@ -10,8 +10,8 @@
 //!
 //! (the rule of succession: i joints that lack one make the next lack it, too, at odds of i to n - i). And that two joints
 //! have to do with each other at all is what is unlikely of a coupling: where one law couples them, a further one is but
-//! a draw. Each of several laws bears its share: what all of them together are worth less than is worth less than the
-//! share of one of them. None is named on less than a draw.
+//! a draw. Several laws bear this in equal shares: where each is worth its share all of them are worth the whole, and no
+//! two doubtful ones make each other likely. None is named on less than a draw.
 
 use crate::Decision;
 use crate::candidates::Candidate;
