@@ -19,7 +19,7 @@ use lacuna_effects::Law;
 use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 
-/// Nats against a law beside others.
+/// Nats against a law beside others, among which it may stand itself.
 pub(crate) fn against(
     model: &Model,
     decision: &Decision,
@@ -73,15 +73,14 @@ fn log_ways(n: usize, k: usize) -> f64 {
     (1..=k).map(|i| ((n + 1 - i) as f64 / i as f64).ln()).sum()
 }
 
-/// The same for one of some effects beside the others.
+/// The same for one of some effects.
 pub(crate) fn against_one(
     model: &Model,
     decision: &Decision,
     effects: &[ModelEffect],
     k: usize,
 ) -> f64 {
-    let others = effects.iter().enumerate().filter(|(i, _)| *i != k);
-    against(model, decision, &Candidate::of(&effects[k]), others.map(|(_, e)| Candidate::of(e)))
+    against(model, decision, &Candidate::of(&effects[k]), effects.iter().map(Candidate::of))
 }
 
 #[cfg(test)]

@@ -135,15 +135,18 @@ impl<'a> Pursuit<'a> {
     }
 
     /// Nats against a law beside these.
-    pub(super) fn against(&self, law: &Candidate, beside: &[&Taken]) -> f64 {
-        let beside = beside.iter().map(|t| t.term.candidate);
+    pub(super) fn against<'t>(
+        &self,
+        law: &Candidate,
+        beside: impl IntoIterator<Item = &'t Taken>,
+    ) -> f64 {
+        let beside = beside.into_iter().map(|t| t.term.candidate);
         against(self.columns.problem.model, self.decision, law, beside)
     }
 
     /// Nats against each law that was taken, beside the others.
     pub(super) fn against_each(&self) -> impl Iterator<Item = f64> {
-        let all = self.taken.iter().enumerate();
-        all.map(|(k, t)| self.against(&t.term.candidate, &self.others(k)))
+        self.taken.iter().map(|t| self.against(&t.term.candidate, &self.taken))
     }
 
     /// Every law that was taken but one.

@@ -25,9 +25,8 @@ impl Pursuit<'_> {
                 candidates.iter().filter(|c| !have.iter().any(|h| h.excludes(c))).collect();
             let mut scored: Vec<(Taken, f64)> =
                 left.par_iter().filter_map(|c| self.scored(&base, c)).collect();
-            let taken: Vec<&Taken> = self.taken.iter().collect();
             for (law, gain) in &mut scored {
-                *gain -= self.against(&law.term.candidate, &taken);
+                *gain -= self.against(&law.term.candidate, &self.taken);
             }
             scored.retain(|s| s.1 > 0.0);
             scored.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -67,9 +66,10 @@ impl Pursuit<'_> {
                 .collect();
             let scored: Vec<(Taken, f64)> =
                 rivals.par_iter().filter_map(|c| self.scored(&base, c)).collect();
-            let here = self.gain_here(&base, &self.taken[k], &scored) - self.against(&own, &others);
+            let against = |law: &Candidate| self.against(law, others.iter().copied());
+            let here = self.gain_here(&base, &self.taken[k], &scored) - against(&own);
             let worth = |(taken, gain): (Taken, f64)| {
-                let against = self.against(&taken.term.candidate, &others);
+                let against = against(&taken.term.candidate);
                 (taken, gain - against)
             };
             let best = scored.into_iter().map(worth).max_by(|a, b| a.1.total_cmp(&b.1));
