@@ -45,6 +45,11 @@ impl Substeps {
             let mut cuts = Cuts::of(self);
             while cuts.is_left() {
                 let (t, h) = cuts.span(times.0 + s as f64 * whole, whole);
+                let part = cuts.part(s);
+                if cuts.is_long() && stepped.is_planned(part) {
+                    cuts.cut();
+                    continue;
+                }
                 // In a loop: four copies of a stage are more code than is read ahead.
                 let stages = [(0, 0.0), (1, 0.5 * h), (1, 0.5 * h), (2, h)];
                 for (k, (half, step)) in stages.into_iter().enumerate() {
@@ -52,6 +57,7 @@ impl Substeps {
                 }
                 made += 1;
                 if cuts.is_long() && stepped.jumps() {
+                    stepped.plan(part);
                     cuts.cut();
                     continue;
                 }
@@ -73,6 +79,58 @@ pub(crate) trait Stepped {
 
     /// Take the step of `h`, from its four slopes.
     fn complete(&mut self, h: f64);
+
+    /// Whether others cut this part: its slopes need not be looked at.
+    fn is_planned(&self, _part: Part) -> bool {
+        false
+    }
+
+    /// Tell others that this part is cut.
+    fn plan(&mut self, _part: Part) {}
+}
+
+/// A part of a step that can be cut: of which step, and which of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    step: usize,
+    bit: usize,
+}
+
+/// Where several that step side by side, each by itself, cut the way from one sample to the next: what one of them
+/// cuts, all do. Derivatives along paths that are cut otherwise are those of other sums, and no combination of them
+/// is as small as it ought to be.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Plan {
+    /// The parts that are cut, a bit each, step by step.
+    cut: Vec<u32>,
+    /// Whether a part was added since this was asked.
+    grew: bool,
+}
+
+impl Plan {
+    /// Begin anew, for so many steps.
+    pub fn begin(&mut self, substeps: Substeps) {
+        self.cut.clear();
+        self.cut.resize(substeps.count, 0);
+    }
+
+    /// Whether a part is cut.
+    #[inline(always)]
+    pub fn holds(&self, part: Part) -> bool {
+        self.cut[part.step] >> part.bit & 1 == 1
+    }
+
+    /// Cut a part.
+    #[inline(always)]
+    pub fn add(&mut self, part: Part) {
+        self.cut[part.step] |= 1 << part.bit;
+        self.grew = true;
+    }
+
+    /// Whether a part was added since this was asked last.
+    pub fn grew(&mut self) -> bool {
+        std::mem::take(&mut self.grew)
+    }
 }
 
 /// A place on the way from one sample to the next.
@@ -184,6 +242,17 @@ impl Cuts {
         }
     }
 
+    /// Which part of the `s`-th step this is: the whole is the first, then come its pieces, then theirs.
+    #[inline(always)]
+    fn part(&self, s: usize) -> Part {
+        let (mut before, mut length) = (0, Self::PARTS);
+        while length > self.length {
+            before = before * Self::PIECES + 1;
+            length /= Self::PIECES;
+        }
+        Part { step: s, bit: before + self.at / self.length }
+    }
+
     /// When this part begins and how long it is, of a step that begins at `t` and is `h` long.
     #[inline(always)]
     fn span(&self, t: f64, h: f64) -> (f64, f64) {
@@ -202,7 +271,7 @@ impl Cuts {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cuts, JUMP, Substeps, jumps};
+    use super::{Cuts, JUMP, Plan, Substeps, jumps};
 
     /// Every piece is gone through once, and what is behind a cut part is whole again.
     #[test]
@@ -221,6 +290,27 @@ mod tests {
         let pieces = [(0, 16), (16, 1), (17, 1), (18, 1), (19, 1), (20, 4), (24, 4), (28, 4)];
         assert_eq!(through, [&pieces[..], &[(32, 16), (48, 16)]].concat());
         assert!(!Cuts::of(Substeps::even(3)).is_long());
+    }
+
+    /// Every part that can be cut is told from every other.
+    #[test]
+    fn a_plan_knows_each_part() {
+        let substeps = Substeps::cut(2);
+        let mut plan = Plan::default();
+        plan.begin(substeps);
+        let mut count = 0;
+        for (step, length) in [(0, 64), (0, 16), (0, 4), (1, 64), (1, 16), (1, 4)] {
+            for at in (0..Cuts::PARTS).step_by(length) {
+                let part = Cuts { at, length, ..Cuts::of(substeps) }.part(step);
+                assert!(!plan.holds(part) && !plan.grew());
+                plan.add(part);
+                assert!(plan.holds(part) && plan.grew());
+                count += 1;
+            }
+        }
+        assert_eq!(count, 2 * 21);
+        plan.begin(substeps);
+        assert!(!plan.holds(Cuts::of(substeps).part(1)));
     }
 
     #[test]

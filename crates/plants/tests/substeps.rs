@@ -1,7 +1,7 @@
 //! Steps that are cut where slopes jump are as exact as many steps everywhere, and hardly more than few.
 
 use lacuna_numbers::{Dual, Number};
-use lacuna_plants::model::Direction;
+use lacuna_plants::model::{Direction, Strand, advance_together};
 use lacuna_plants::{Hold, Model, Substeps, System};
 
 /// A light slider in dry friction, and a pendulum beside it that feels nothing of it.
@@ -81,4 +81,44 @@ fn smooth_motion_is_not_cut() {
     assert_eq!((even, steps), (SAMPLES - 1, SAMPLES - 1));
     assert_eq!(apart(&plain, &cut, |x| x.value), 0.0);
     assert_eq!(apart(&plain, &cut, |x| x.tangent[0]), 0.0);
+}
+
+/// Masses and all forces scaled alike move no machine: its parameters' derivatives, each times its parameter, add up to
+/// nothing, though they are carried by two systems.
+#[test]
+fn systems_side_by_side_cut_the_same_steps() {
+    let scaled = MODEL
+        .replace("[[input]]\nname = \"u\"\nunit = \"N\"\n", "")
+        .replace("friction = {", "m = { value = 0.02, unit = \"kg\" }\nk = { value = 3.0, unit = \"N/m\" }\nfriction = {")
+        .replace("\"0.02\"", "\"m\"")
+        .replace("u - friction*tanh(ds/0.001) - 3*s", "-friction*tanh(ds/0.001) - k*(s - sin(3*t))");
+    let model = Model::from_text(&scaled, "slider.toml").unwrap_or_else(|e| panic!("{e}"));
+    let along = |directions: &[(Direction, usize)]| {
+        System::<Dual>::along(&model, &model.values(), &model.effects, directions, STEP)
+    };
+    let [m, k, friction] = [0, 1, 2].map(Direction::Parameter);
+    let systems = [along(&[(m, 0)]), along(&[(k, 0), (friction, 1)])];
+    let mut states = [[0.0, 0.5, 0.0, 0.0].map(Dual::constant); 2];
+    let mut rooms = [systems[0].workspace(), systems[1].workspace()];
+    let path = Hold::Linear.along((&[0.0, 10.0], &[] as &[f64]), 0..2, 0, 1);
+    let (mut most, mut apart) = (0.0f64, 0.0f64);
+    for sample in 0..SAMPLES {
+        let times = (STEP * sample as f64, STEP * (sample + 1) as f64);
+        let sides = systems.iter().zip(&mut rooms).zip(&mut states);
+        let inputs = path.step_in(0);
+        let mut strands: Vec<Strand<Dual>> = sides
+            .map(|((system, workspace), state)| Strand { system, workspace, inputs, state })
+            .collect();
+        advance_together(&mut strands, times, Substeps::cut(1));
+        let [first, second] = &states;
+        for (a, b) in first.iter().zip(second) {
+            let parts = [0.02 * a.tangent[0], 3.0 * b.tangent[0], 0.4 * b.tangent[1]];
+            most = parts.iter().fold(most, |most, x| most.max(x.abs()));
+            apart = apart.max(parts.iter().sum::<f64>().abs());
+            assert_eq!(a.value, b.value);
+        }
+    }
+    assert!(most > 0.1 && apart < 1e-9 * most, "{apart} of {most}");
+    let steps = rooms[0].steps();
+    assert!(steps > SAMPLES, "{steps}");
 }

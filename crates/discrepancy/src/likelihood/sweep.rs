@@ -198,10 +198,14 @@ impl<'a> Run<'a> {
         // One at least: residuals are told by those that carry nothing as well.
         let sweeps: Vec<Sweep> =
             (begin..entries.max(begin + 1)).step_by(LANES).map(sweep).collect();
-        // What sweeps share is computed once for those that run together.
+        // What sweeps share is computed once for those that run together, and so cut the same steps.
         let threads = (rayon::current_num_threads() / beside).max(1);
         let shares = self.problem.model.dynamics().shares_derivatives();
-        let together = if shares { sweeps.len().div_ceil(threads) } else { 1 };
+        let together = match (self.substeps.cut, shares) {
+            (true, _) => sweeps.len(),
+            (false, true) => sweeps.len().div_ceil(threads),
+            (false, false) => 1,
+        };
         let parts: Result<Vec<Vec<Vec<Columns>>>, Diverged> =
             sweeps.par_chunks(together.max(1)).map(|sweeps| self.sweep(sweeps)).collect();
         let mut all: Vec<Columns> = vec![Columns::default(); self.windows.len()];

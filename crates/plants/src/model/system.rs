@@ -7,7 +7,7 @@ use super::{Model, ModelEffect};
 use crate::Plant;
 use crate::dynamics::{Bound, BoundDynamics, Implicit, Room, Sizes};
 use crate::input::{MOTION, StepInput};
-use crate::substeps::{JUMP, JUMP_OF_DERIVATIVES, Place, Stepped, Substeps, jumps};
+use crate::substeps::{JUMP, JUMP_OF_DERIVATIVES, Part, Place, Plan, Stepped, Substeps, jumps};
 use lacuna_effects::{AnyForceLaw, ForceLawIn, Law};
 use lacuna_numbers::{Dual, LANES, Number, copy};
 
@@ -237,6 +237,8 @@ impl<T: Number> System<T> {
                 }
                 None => Shared::default(),
             },
+            plan: Plan::default(),
+            begin: vec![],
             steps: 0,
         }
     }
@@ -375,6 +377,8 @@ impl<T: Number> System<T> {
 /// Steps of one system, on their way through the dynamics.
 pub struct Step<'a, T: Number> {
     pub(super) strand: Strand<'a, T>,
+    /// Where those beside it cut their steps.
+    pub(super) plan: Option<&'a mut Plan>,
     pub(super) times: (f64, f64),
     pub(super) substeps: Substeps,
 }
@@ -399,8 +403,8 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> pulp::WithSimd for Along<'_, T, B>
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { step: Step { mut strand, times, substeps }, bound } = self;
-        let made = substeps.take(times, &mut Alone { strand: &mut strand, bound });
+        let Self { step: Step { mut strand, plan, times, substeps }, bound } = self;
+        let made = substeps.take(times, &mut Alone { strand: &mut strand, plan, bound });
         strand.workspace.steps += made;
     }
 }
@@ -408,6 +412,7 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> pulp::WithSimd for Along<'_, T, B>
 /// A system that goes on by itself.
 struct Alone<'s, 'a, T: Number, B: ?Sized> {
     strand: &'s mut Strand<'a, T>,
+    plan: Option<&'a mut Plan>,
     bound: &'s B,
 }
 
@@ -429,6 +434,18 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> Stepped for Alone<'_, '_, T, B> {
         w.complete(h, state);
         system.impose(&w.input, state);
     }
+
+    #[inline(always)]
+    fn is_planned(&self, part: Part) -> bool {
+        self.plan.as_ref().is_some_and(|plan| plan.holds(part))
+    }
+
+    #[inline(always)]
+    fn plan(&mut self, part: Part) {
+        if let Some(plan) = &mut self.plan {
+            plan.add(part);
+        }
+    }
 }
 
 /// Room for [`System::advance`].
@@ -441,6 +458,10 @@ pub struct Workspace<T> {
     pub(super) stage: Vec<T>,
     pub(super) input: Vec<T>,
     pub(super) shared: Shared,
+    /// Where those beside it cut their steps.
+    pub(super) plan: Plan,
+    /// The state with which the way to the next sample began.
+    pub(super) begin: Vec<T>,
     pub(super) steps: usize,
 }
 

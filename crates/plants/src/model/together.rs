@@ -4,7 +4,7 @@ use super::mass::{factor, solve_factored};
 use super::system::{Step, System, Workspace};
 use crate::dynamics::{Implicit, ImplicitRoom};
 use crate::input::StepInput;
-use crate::substeps::{Place, Stepped, Substeps};
+use crate::substeps::{Place, Plan, Stepped, Substeps};
 use lacuna_numbers::{Number, copy};
 
 /// One of several systems that are stepped side by side.
@@ -20,7 +20,7 @@ pub struct Strand<'a, T: Number> {
 }
 
 /// Advance the states of systems that differ in nothing but the directions that they carry, from `times.0` to
-/// `times.1` by RK4 steps. What does not depend on the directions is computed once where the
+/// `times.1` by the same RK4 steps. What does not depend on the directions is computed once where the
 /// dynamics know how ([`Implicit`]).
 pub fn advance_together<T: Number>(
     strands: &mut [Strand<'_, T>],
@@ -30,12 +30,37 @@ pub fn advance_together<T: Number>(
     let Some(first) = strands.first() else { return };
     match first.system.implicit() {
         Some(_) => pulp::Arch::new().dispatch(Together { strands, times, substeps }),
-        None => {
-            for &mut Strand { system, ref mut workspace, inputs, ref mut state } in strands {
-                let strand = Strand { system, workspace, inputs, state };
-                system.bound().advance(Step { strand, times, substeps });
-            }
-        }
+        None if substeps.cut && strands.len() > 1 => in_turn(strands, times, substeps),
+        None => strands.iter_mut().for_each(|s| s.alone(None, times, substeps)),
+    }
+}
+
+/// Advance systems each by itself, again and again until all cut the same steps.
+fn in_turn<T: Number>(strands: &mut [Strand<'_, T>], times: (f64, f64), substeps: Substeps) {
+    let mut plan = std::mem::take(&mut strands[0].workspace.plan);
+    plan.begin(substeps);
+    for Strand { workspace, state, .. } in &mut *strands {
+        workspace.begin.clear();
+        workspace.begin.extend_from_slice(state);
+    }
+    let (mut next, mut agree) = (0, 0);
+    while agree < strands.len() {
+        let strand = &mut strands[next % strands.len()];
+        copy(&strand.workspace.begin, strand.state);
+        strand.alone(Some(&mut plan), times, substeps);
+        // Those before it went along other steps.
+        agree = if plan.grew() { 1 } else { agree + 1 };
+        next += 1;
+    }
+    strands[0].workspace.plan = plan;
+}
+
+impl<T: Number> Strand<'_, T> {
+    /// Advance it by itself.
+    fn alone(&mut self, plan: Option<&mut Plan>, times: (f64, f64), substeps: Substeps) {
+        let &mut Strand { system, ref mut workspace, inputs, ref mut state } = self;
+        let strand = Strand { system, workspace, inputs, state };
+        system.bound().advance(Step { strand, plan, times, substeps });
     }
 }
 
