@@ -469,35 +469,62 @@ impl<'p> Fit<'p> {
 
     /// Which physical parameters of an effect move with what is free and `counts` with its fitted value.
     fn told_by(&self, effect: usize, counts: impl Fn(&super::Free, f64) -> bool) -> Vec<bool> {
-        let sd = |f: &super::Free, fitted: f64| if counts(f, fitted) { f.sd } else { 0.0 };
-        let moved = self.internal(effect, |_, f, fitted| sd(f, fitted));
-        let told = physical_std(&self.hypothesis.effects[effect], &moved);
-        told.iter().map(Option::is_some).collect()
-    }
-
-    /// A standard deviation of each internal parameter of an effect, from one of its fitted value: of
-    /// the entry of theta, what is free, the value.
-    fn internal(&self, effect: usize, std: impl Fn(usize, &super::Free, f64) -> f64) -> Vec<f64> {
+        let sd: Vec<f64> = self.hypothesis.free.iter().map(|f| f.sd).collect();
         let here = self.hypothesis.effects[effect].internal();
-        let mut internal = vec![0.0; here.len()];
-        for (entry, f) in self.hypothesis.free.iter().enumerate() {
-            if let What::Effect(of, j) = f.what
-                && of == effect
-            {
-                let fitted = f.fitted(here[j]);
-                internal[j] = std(entry, f, fitted) * f.slope(fitted);
+        let mut told = vec![false; self.hypothesis.effects[effect].parameters.len()];
+        for (j, entry, slopes) in self.physical_slopes(effect, &sd) {
+            let f = &self.hypothesis.free[entry];
+            if counts(f, f.fitted(here[j])) {
+                told.iter_mut().zip(slopes).for_each(|(told, slope)| *told |= slope != 0.0);
             }
         }
-        internal
+        told
     }
 
-    /// The effects with standard deviations of their physical parameters.
+    /// Derivatives of an effect's physical parameters by the entries of theta that are its own, from steps that are
+    /// small beside these standard deviations: which internal parameter, which entry, a derivative each.
+    fn physical_slopes(&self, effect: usize, std: &[f64]) -> Vec<(usize, usize, Vec<f64>)> {
+        const SMALL: f64 = 1e-4;
+        let e = &self.hypothesis.effects[effect];
+        let here = e.internal();
+        let slopes = |(entry, f): (usize, &super::Free)| {
+            let What::Effect(of, j) = f.what else { return None };
+            let step = SMALL * std[entry];
+            if of != effect || step <= 0.0 {
+                return None;
+            }
+            let (mut moved, mut values) = (e.clone(), here.clone());
+            values[j] += step * f.slope(f.fitted(here[j]));
+            moved.set_internal(&values);
+            let pairs = moved.parameters.iter().zip(&e.parameters);
+            Some((j, entry, pairs.map(|(a, b)| (a - b) / step).collect()))
+        };
+        self.hypothesis.free.iter().enumerate().filter_map(slopes).collect()
+    }
+
+    /// The effects with standard deviations of their physical parameters; samples tell of when something began to one
+    /// of them.
     #[must_use]
     pub fn effects(&self, temperature: f64) -> Vec<ModelEffect> {
+        let covariance = self.covariance(temperature);
         let std = self.std(temperature);
+        let variance = |i: usize, j: usize| match &covariance {
+            Some(c) => c[(i, j)],
+            None if i == j => std[i] * std[i],
+            None => 0.0,
+        };
         let mut effects = self.hypothesis.effects.clone();
         for (index, e) in effects.iter_mut().enumerate().skip(self.hypothesis.own) {
-            e.std = physical_std(e, &self.internal(index, |entry, _, _| std[entry]));
+            let slopes = self.physical_slopes(index, &std);
+            let of = |p: usize| {
+                let both = slopes.iter().flat_map(|a| slopes.iter().map(move |b| (a, b)));
+                let sum: f64 = both.map(|(a, b)| a.2[p] * b.2[p] * variance(a.1, b.1)).sum();
+                let name = e.effect.parameters.get(p).map(|of| of.name);
+                let onset = name.is_some() && e.effect.nature.onset == name;
+                let within = if onset { self.problem.sample.powi(2) / 12.0 } else { 0.0 };
+                (sum > 0.0).then(|| (sum + within).sqrt())
+            };
+            e.std = (0..e.parameters.len()).map(of).collect();
         }
         effects
     }
@@ -513,24 +540,6 @@ fn common_memory(a: &Hypothesis, b: &Hypothesis) -> usize {
         _ => 0,
     };
     a.effects.iter().zip(&b.effects).take_while(same).map(|(e, _)| memory(e)).sum()
-}
-
-/// Standard deviations of physical parameters from those of internal ones, which are taken as
-/// independent.
-fn physical_std(e: &ModelEffect, internal: &[f64]) -> Vec<Option<f64>> {
-    let here = e.internal();
-    let mut variance = vec![0.0; e.parameters.len()];
-    for (j, s) in internal.iter().enumerate().filter(|(_, s)| **s > 0.0) {
-        let step = 1e-4 * s;
-        let mut moved = e.clone();
-        let mut values = here.clone();
-        values[j] += step;
-        moved.set_internal(&values);
-        for (v, (a, b)) in variance.iter_mut().zip(moved.parameters.iter().zip(&e.parameters)) {
-            *v += ((a - b) / step * s).powi(2);
-        }
-    }
-    variance.into_iter().map(|v: f64| (v > 0.0).then(|| v.sqrt())).collect()
 }
 
 /// A fit in so many Runge-Kutta steps a sample, or in finer ones: what diverges in steps that were chosen for another

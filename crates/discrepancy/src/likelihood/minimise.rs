@@ -49,10 +49,20 @@ struct Trust {
     damping: f64,
     /// Whether the last step was taken at once.
     at_once: bool,
+    /// Whether damped steps gain no more: one that nothing damps is the last that is tried.
+    settled: bool,
 }
 
 /// Least damping: all that a step promises without any.
 const LEAST: f64 = 1e-7;
+
+impl Trust {
+    /// Damp no more. What the data hardly tell is where its prior has it, and the damping, a share of what they tell
+    /// of each entry by itself, holds that most.
+    fn settle(&mut self) {
+        *self = Self { damping: LEAST, at_once: false, settled: true };
+    }
+}
 
 /// What came of a step.
 enum Descent {
@@ -84,7 +94,7 @@ impl<'p> Minimisation<'p> {
     /// Minimise.
     pub(super) fn run(mut self, effort: Effort) -> Result<Fit<'p>, FitError> {
         let mut theta = self.hypothesis.theta();
-        let mut trust = Trust { damping: BELIEVED, at_once: true };
+        let mut trust = Trust { damping: BELIEVED, at_once: true, settled: false };
         let mut here = self.begin()?;
         let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
@@ -97,9 +107,13 @@ impl<'p> Minimisation<'p> {
             match self.descend(&here.blocks, (before, least), &mut theta, &mut trust)? {
                 Descent::Taken { gained, there } => {
                     here = there;
-                    if gained < least {
+                    if gained >= least {
+                        trust.settled = false;
+                    } else if trust.settled {
                         end = End::Converged;
                         break;
+                    } else {
+                        trust.settle();
                     }
                 }
                 Descent::Ended(why) => {
@@ -120,7 +134,7 @@ impl<'p> Minimisation<'p> {
     }
 
     /// Take one step that lowers the objective, shorter and shorter ones being tried. None is taken
-    /// where the linearised windows promise less than is asked for.
+    /// where the linearised windows promise less than is asked for, nor of a step that nothing damps.
     fn descend(
         &mut self,
         blocks: &[Block],
@@ -129,12 +143,18 @@ impl<'p> Minimisation<'p> {
         trust: &mut Trust,
     ) -> Result<Descent, FitError> {
         const TRIES: i32 = 6;
-        for attempt in 0..TRIES {
+        let mut attempt = 0;
+        while attempt < TRIES {
             let damping = trust.damping;
             let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, damping);
             let promised = step.as_ref().map_or(f64::INFINITY, |s| s.promised);
-            if attempt == 0 && damping <= BELIEVED && promised < least {
+            let is_little = attempt == 0 && damping <= BELIEVED && promised < least;
+            if trust.settled && (is_little || attempt > 0) {
                 return Ok(Descent::Ended(End::Converged));
+            }
+            if is_little {
+                trust.settle();
+                continue;
             }
             // A singular step is damped more, as one that does not descend is. The first step is
             // nearly always taken, so that its derivatives are computed at once; after a failure
@@ -143,12 +163,13 @@ impl<'p> Minimisation<'p> {
             let taken = step.ok().and_then(|s| self.try_step(s, before, theta, eager));
             if let Some((after, there)) = taken {
                 let damping = f64::max(0.125 * damping, LEAST);
-                *trust = Trust { damping, at_once: attempt == 0 };
+                *trust = Trust { damping, at_once: attempt == 0, settled: trust.settled };
                 let there = there.map_or_else(|| self.linearise(), Ok)?;
                 return Ok(Descent::Taken { gained: before - after, there });
             }
             // Gently at first: the longest step that descends is the best.
-            trust.damping = f64::max(damping, LEAST) * 2.0f64.powi(attempt + 1);
+            attempt += 1;
+            trust.damping = f64::max(damping, LEAST) * 2.0f64.powi(attempt);
         }
         Ok(Descent::Ended(End::Stalled))
     }

@@ -1,10 +1,14 @@
 //! Multiple shooting: parameters come back, and their standard deviations are honest.
 
 use crate::machines::{Bench, ON_PENDULUM, ON_TANKS};
-use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, FitError, Hypothesis, Problem};
+use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, FitError, Hypothesis, Problem, What};
 use lacuna_discrepancy::search::chain::{begin, grow, lengthen};
 use lacuna_discrepancy::{Dataset, Decision};
+use lacuna_excitation::{add_gaussian_noise, rng};
+use lacuna_plants::integrate::rk4_sampled;
 use lacuna_plants::model::ModelEffect;
+use lacuna_plants::{Model, System};
+use lacuna_recordings::{Column, Recording};
 
 /// Errors of all parameters in units of their standard deviations, over several seeds, and the mean square residual
 /// of each fit in units of the noise.
@@ -324,4 +328,78 @@ fn mismatch_by_recording_adds_up() {
     let mean = by_recording.iter().sum::<f64>() / 3.0;
     assert!((mean / fit.excess() - 1.0).abs() < 1e-9, "{mean} {}", fit.excess());
     assert!(other > 10.0 * first.max(third).max(0.1), "{by_recording:?}");
+}
+
+/// A cart that a moving wall drives by a spring: its mass, its spring and its friction by one factor are the same
+/// motion.
+const DRIVEN_BY_A_WALL: &str = r#"
+name = "cart"
+[parameters]
+m = { value = 1.3, unit = "kg", tolerance = 0.1 }
+k = { value = 6.0, unit = "N/m", tolerance = 0.1 }
+c = { value = 0.8, unit = "N s/m", tolerance = 0.2 }
+[[input]]
+name = "wall"
+unit = "m"
+actuator = false
+noise = 0
+[[coordinate]]
+name = "q"
+velocity = "v"
+unit = "m"
+[mechanics]
+mass = [["m"]]
+force = ["-k*(q - wall) - c*v"]
+"#;
+
+fn cart_recorded(model: &Model) -> Recording {
+    let time: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
+    let wall: Vec<f64> = time.iter().map(|t| (1.3 * t).sin() + 0.5 * (4.1 * t).cos()).collect();
+    let system = System::new(model);
+    let start = system.at_rest(&[0.1, 0.0]);
+    let motion = rk4_sampled(&system, &start, &time, &wall, model.hold, 4).expect("a motion");
+    let mut q: Vec<f64> = (0..time.len()).map(|k| motion.state(k)[0]).collect();
+    add_gaussian_noise(&mut q, 1e-3, &mut rng(41, 0)).expect("a deviation");
+    let column = |name: &str, values| Column { name: name.to_owned(), values };
+    Recording { name: "run".to_owned(), columns: vec![column("wall", wall), column("q", q)], time }
+}
+
+#[test]
+fn what_no_sample_tells_is_where_its_prior_has_it() {
+    let model = Model::from_text(DRIVEN_BY_A_WALL, "cart.toml").expect("a model");
+    let dataset = Dataset::new(&model, &[cart_recorded(&model)]).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let mut h = Hypothesis::of(&model);
+    h.parameters.iter_mut().for_each(|p| *p *= 0.85);
+    let fit = Fit::begin(&problem, h, 0).expect("a fit");
+    // Of one factor alone, the spread of all three priors; .5 of a nat from where they are best.
+    let spread = (1.0 / (1.0 / 0.01 + 1.0 / 0.01 + 1.0 / 0.04f64)).sqrt();
+    let nominal = model.values();
+    let std = fit.parameter_std(1.0);
+    for ((p, nominal), std) in fit.hypothesis.parameters.iter().zip(&nominal).zip(std) {
+        assert!((p / nominal - 1.0).abs() < 0.3 * spread, "{p} of {nominal}");
+        assert!((std / nominal / spread - 1.0).abs() < 0.1, "{std} of {nominal}");
+    }
+}
+
+#[test]
+fn standard_deviations_of_sums_know_of_covariances() {
+    let bench = ON_PENDULUM;
+    let effect = "[[effect]]\nclass = \"stribeck_friction\"\nchannel = \"q\"\ncoulomb = 0.1\nstatic = 0.2\n\
+        stribeck_velocity = 0.3\nsmoothing_velocity = 0.02";
+    let (model, truth) = (bench.model(), bench.truth(effect));
+    let dataset = Dataset::new(&model, &bench.record(&truth, 91, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let scales = problem.scales_of(&truth.effects[0]);
+    let h = Hypothesis::of(&model).with(truth.effects[0].clone(), &scales);
+    let fit = Fit::begin(&problem, h, 2).expect("a fit");
+    // Internal: the friction at speed, and how much higher it is at rest.
+    let covariance = fit.covariance(1.0).expect("it is finite");
+    let entry = |j| fit.hypothesis.free.iter().position(|f| f.what == What::Effect(0, j)).unwrap();
+    let (a, b) = (entry(0), entry(1));
+    let apart = covariance[(a, a)] + covariance[(b, b)];
+    let of_sum = apart + 2.0 * covariance[(a, b)];
+    let told = fit.effects(1.0)[0].std[1].expect("it is fitted");
+    assert!((told / of_sum.sqrt() - 1.0).abs() < 1e-3, "{told}, {}", of_sum.sqrt());
+    assert!((of_sum / apart - 1.0).abs() > 0.02, "{of_sum} of {apart}");
 }
