@@ -337,6 +337,7 @@ mod tests {
                 ..Score::default()
             },
             f1: vec![],
+            deviations: vec![],
             before_over_noise: None,
             after_over_noise: None,
             seconds: 1.0,

@@ -17,6 +17,23 @@ pub struct Diagnosis {
     /// How well the formulas fit.
     #[serde(default)]
     pub formula: Option<FormulaFit>,
+    /// The model's own parameters as they were estimated.
+    #[serde(default)]
+    pub calibration: BTreeMap<String, Number>,
+}
+
+/// A number and how well it is known.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(default)]
+pub struct Number {
+    /// What the model gives, of a parameter of it.
+    pub nominal: Option<f64>,
+    /// The estimate.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: Option<f64>,
+    /// Whether it sits on a bound.
+    pub at_bound: bool,
 }
 
 /// A finding.
@@ -27,12 +44,16 @@ pub struct Finding {
     pub class: String,
     /// Channel.
     pub channel: String,
+    /// The other channel of a coupling.
+    pub other: Option<String>,
     /// Channels that it depends on.
     pub depends_on: Vec<String>,
     /// Where it acts.
     pub region: BTreeMap<String, [f64; 2]>,
     /// When it begins (s).
     pub time: Option<f64>,
+    /// Its numbers.
+    pub parameters: BTreeMap<String, Number>,
     /// Claimed probability.
     pub probability: Option<f64>,
     /// What speaks for the class before calibration.

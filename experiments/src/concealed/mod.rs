@@ -16,7 +16,7 @@
 //! The case is written as files ([`files`]) with the truth in another directory. The command runs as a
 //! process of its own on the files ([`tool`]); then the seal is broken and names, verdicts, places,
 //! claimed probabilities and errors on sealed recordings are scored ([`score`], [`localise`],
-//! [`summary`], [`reliability`]), as is the peers' way on the same files ([`peer`]). From the files of
+//! [`summary`], [`reliability`], [`deviations`]), as is the peers' way on the same files ([`peer`]). From the files of
 //! results the map from evidence to probability is fitted ([`calibration`]).
 //!
 //! | group | conceals | right is |
@@ -33,6 +33,7 @@ pub mod beyond;
 pub mod calibration;
 pub mod case;
 pub mod conceal;
+pub mod deviations;
 pub mod diagnosis;
 pub mod disturbance;
 pub mod draw;

@@ -1,5 +1,6 @@
 //! The results in words.
 
+use super::deviations::Coverage;
 use super::proportion::Proportion;
 use super::reliability::Reliability;
 use super::row::Row;
@@ -87,6 +88,10 @@ fn group(name: &str, s: &Summary) {
     line("made worse", s.made_worse.to_string(), None);
     if let Some((f1, count)) = s.localisation_f1 {
         line("localisation F1", format!("{f1:.2} ({count} effects)"), None);
+    }
+    if let Some(Coverage { findings, parameters }) = &s.coverage {
+        alone("numbers within 2 sd", findings);
+        alone("parameters within 2 sd", parameters);
     }
     let [median, worst] = s.seconds;
     line("seconds", format!("{median:.1} median, {worst:.1} worst"), None);

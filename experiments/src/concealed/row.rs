@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::Path;
 
+use super::deviations::{Deviation, deviations};
 use super::diagnosis::Diagnosis;
 use super::draw::{RECORDINGS, TESTS};
 use super::files::Folders;
@@ -46,6 +47,9 @@ pub struct Row {
     pub score: Score,
     /// F1 of each local effect.
     pub f1: Vec<f64>,
+    /// Reported numbers against the true ones, where the findings are right.
+    #[serde(default)]
+    pub deviations: Vec<Deviation>,
     /// Error of the nominal model on the recordings for the proof, greatest channel, in noise
     /// standard deviations.
     pub before_over_noise: Option<f64>,
@@ -95,6 +99,7 @@ pub fn judge(tool: &Tool, folders: &Folders) -> Result<Row, StudyError> {
         model_gap_over_noise: truth.model_gap_over_noise,
         verdict: diagnosis.map(|d| d.verdict),
         findings: found.findings.iter().map(|f| f.name()).collect(),
+        deviations: deviations(&truth, &found),
         formula: found.formula,
         score,
         f1,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use super::deviations::Coverage;
 use super::proportion::Proportion;
 use super::row::Row;
 use super::score::{Match, Score};
@@ -56,6 +57,9 @@ pub struct Summary {
     pub made_worse: usize,
     /// Mean F1 of local effects, and how many there are.
     pub localisation_f1: Option<(f64, usize)>,
+    /// Reported numbers within two of their standard deviations.
+    #[serde(default)]
+    pub coverage: Option<Coverage>,
     /// Median and greatest wall time of a diagnosis (s).
     pub seconds: [f64; 2],
     /// What the peers' way finds on the same files.
@@ -90,6 +94,7 @@ impl Summary {
             made_worse: rows.iter().filter(|r| made_worse(r)).count(),
             localisation_f1: (!f1.is_empty())
                 .then(|| (f1.iter().sum::<f64>() / f1.len() as f64, f1.len())),
+            coverage: Some(Coverage::of(rows)),
             seconds: [quantile(&seconds, 0.5), quantile(&seconds, 1.0)],
             peer: Names::of(&answers(|r| (&r.peer, !r.peer_failed))),
             peer_failed: rows.iter().filter(|r| r.peer_failed).count(),

@@ -77,7 +77,7 @@ fn find(model: &Model, recordings: &[Recording]) -> Result<Diagnosis, PeerError>
         (true, true) => "miscalibrated",
         (true, false) => "no_mismatch",
     };
-    Ok(Diagnosis { verdict: verdict.to_owned(), findings, formula: None })
+    Ok(Diagnosis { verdict: verdict.to_owned(), findings, ..Diagnosis::default() })
 }
 
 /// Why the method gives no answer.

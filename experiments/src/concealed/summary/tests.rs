@@ -27,6 +27,7 @@ fn row(matter: Matter, truth: &[&str], matches: Vec<Match>) -> Row {
             matches,
         },
         f1: vec![0.5],
+        deviations: vec![],
         before_over_noise: Some(10.0),
         after_over_noise: Some(1.1),
         seconds: 2.0,
