@@ -140,4 +140,4 @@ fn verdict_right(truth: &Sealed, diagnosis: &Diagnosis) -> bool {
 }
 
 #[cfg(test)]
-pub mod tests;
+pub(crate) mod tests;

@@ -8,6 +8,7 @@
 
 use super::forward::{Tried, rank};
 use super::{Once, Path, Search, Searched, chain, untried};
+use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, FitError, ProcessNoise, QUICK, intensity};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -89,6 +90,9 @@ impl<'p> Search<'p> {
         if self.watch.skips(untried::DRIVEN) {
             return free;
         }
+        if self.tells_noisy_inputs(&free, &driven) && b <= a * (1.0 + chance(&free.path.fit)) {
+            return driven;
+        }
         // Errors are as uncertain as the variance of the noise is.
         if a * self.decision.noise < b
             || (a <= b * self.decision.noise && self.says_more(&free, &driven))
@@ -97,6 +101,23 @@ impl<'p> Search<'p> {
         } else {
             driven
         }
+    }
+
+    /// Whether a search beside noise names what one by free runs does, and what that leaves beyond the outputs' noise is
+    /// all that of inputs: numbers are then as certain as noisy inputs let them be.
+    fn tells_noisy_inputs(&self, free: &Searched<'p>, driven: &Searched<'p>) -> bool {
+        let names = |s: &Searched| {
+            let supposed = s.path.fit.hypothesis.supposed().iter();
+            let mut names: Vec<_> = supposed.map(Candidate::of).collect();
+            names.sort_by_key(|c| (c.effect.class, c.channel, c.other));
+            names
+        };
+        let is_noise = |s: &Searched| s.path.fit.reduced() < self.decision.noise;
+        let noise = driven.path.fit.noise.as_deref();
+        noise.is_some_and(ProcessNoise::pushes_nothing)
+            && is_noise(driven)
+            && !is_noise(free)
+            && names(free) == names(driven)
     }
 
     /// Whether what a machine leaves that follows its recordings from end to end is noise of its
@@ -262,10 +283,88 @@ impl<'p> Search<'p> {
     }
 }
 
+/// Standard deviation of a mean square residual, as a share of it: of n samples of which c are worth one
+/// `sqrt(2 c / n)`.
+fn chance(fit: &Fit) -> f64 {
+    let colour = fit.temperature() / fit.inflation();
+    (2.0 * colour / fit.count.max(1) as f64).sqrt()
+}
+
 /// All that can be fitted again.
 fn each<'p>(
     tried: Vec<Tried<'p>>,
     again: impl Fn(&Fit<'p>) -> Result<Fit<'p>, FitError> + Sync,
 ) -> Vec<Tried<'p>> {
     tried.into_par_iter().filter_map(|t| Some(Tried { fit: again(&t.fit).ok()?, ..t })).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Named, Path, Search, Searched};
+    use crate::likelihood::{FULL, Fit, Hypothesis, Problem, ProcessNoise};
+    use crate::{Dataset, Decision, Scope, Watch};
+    use lacuna_excitation::{add_gaussian_noise, rng};
+    use lacuna_plants::{Model, System, integrate::rk4_sampled};
+    use lacuna_recordings::{Column, Recording};
+    use std::sync::Arc;
+
+    const MODEL: &str = "name = \"slider\"\n[[input]]\nname = \"u\"\nunit = \"N\"\n\
+        [[coordinate]]\nname = \"q\"\nvelocity = \"v\"\nunit = \"m\"\n\
+        [mechanics]\nmass = [[\"1\"]]\nforce = [\"u - 0.3*v - 4*q\"]\n";
+    const SPRING: &str =
+        "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = 2.0\n";
+
+    /// A slider on a hard spring; what it got differs from what was recorded by a tenth.
+    fn recording(truth: &Model) -> Recording {
+        let time: Vec<f64> = (0..800).map(|k| 0.02 * f64::from(k)).collect();
+        let drawn = |sd: f64, of: u64| {
+            let mut values = vec![0.0; time.len()];
+            add_gaussian_noise(&mut values, sd, &mut rng(5, of)).expect("a deviation");
+            values
+        };
+        let (got, off, noise) = (drawn(10.0, 0), drawn(1.0, 1), drawn(1e-3, 2));
+        let system = System::new(truth);
+        let start = system.at_rest(&[0.1, 0.0]);
+        let motion = rk4_sampled(&system, &start, &time, &got, truth.hold, 4).expect("a motion");
+        let q = (0..time.len()).map(|k| motion.state(k)[0] + noise[k]).collect();
+        let u = got.iter().zip(&off).map(|(got, off)| got + off).collect();
+        let column = |name: &str, values| Column { name: name.into(), values };
+        Recording { name: "run".into(), columns: vec![column("q", q), column("u", u)], time }
+    }
+
+    fn searched(fit: Fit) -> Searched {
+        let named = fit.hypothesis.supposed().iter();
+        let named = named.map(|_| Named { gain: 100.0, rivals: vec![] }).collect();
+        let (calibrated, path) = (fit.clone(), Path { fit, named });
+        let (floor, undriven, promise) = (0.0, calibrated.reduced(), 0.0);
+        Searched { calibrated, path, floor, undriven, promise, coloured: false }
+    }
+
+    #[test]
+    fn the_same_law_beside_nothing_but_noise_on_an_input_is_told_with_it() {
+        let model = Model::from_text(MODEL, "slider.toml").expect("a model");
+        let truth = Model::from_text(&format!("{MODEL}{SPRING}"), "slider.toml").expect("a law");
+        let dataset = Dataset::new(&model, &[recording(&truth)]).expect("a dataset");
+        let problem = Problem::new(&model, &dataset).expect("a problem");
+        let (scope, watch) = (Scope::default(), Watch::default());
+        let search = Search::new(&problem, Decision::default(), &scope, &watch);
+        let spring = truth.effects[0].clone();
+        let h = Hypothesis::of(&model).with(spring.clone(), &problem.scales_of(&spring));
+        let free = Fit::begin(&problem, h, 0).expect("a fit");
+        let beside = |inputs: f64, forces: f64| {
+            let noise =
+                ProcessNoise { inputs: vec![inputs], forces: vec![forces], outputs: vec![1.0] };
+            searched(free.driven_by(Some(Arc::new(noise)), FULL).expect("a fit"))
+        };
+        let tells = |driven: &Searched| search.tells_noisy_inputs(&searched(free.clone()), driven);
+        assert!(free.reduced() > 2.0, "{}", free.reduced());
+        assert!(tells(&beside(1.0, 0.0)));
+        // Where a force is pushed too, where more than noise is left, and where the law is another.
+        assert!(!tells(&beside(1.0, 0.1)));
+        assert!(!tells(&beside(0.5, 0.0)));
+        let nothing = free.refit(Hypothesis::of(&model), FULL).expect("a fit");
+        let noise = ProcessNoise { inputs: vec![1.0], ..ProcessNoise::none(&problem) };
+        let nothing = nothing.driven_by(Some(Arc::new(noise)), FULL).expect("a fit");
+        assert!(!tells(&searched(nothing)));
+    }
 }

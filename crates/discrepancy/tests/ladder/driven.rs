@@ -9,7 +9,7 @@ use lacuna_discrepancy::likelihood::{
 use lacuna_discrepancy::{Dataset, Watch};
 use lacuna_excitation::{add_gaussian_noise, rng};
 use lacuna_plants::{Model, System, integrate::rk4_sampled};
-use lacuna_recordings::Recording;
+use lacuna_recordings::{Column, Recording};
 use nalgebra::{DMatrix, DVector};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
@@ -182,6 +182,42 @@ fn an_effect_is_named_and_its_size_right_beside_noisy_inputs() {
         assert!(off < 4.0 * magnitude.std, "seed {seed}: {magnitude:?}");
         assert!(off < 0.005, "seed {seed}: {magnitude:?}");
         assert_eq!(d.proof, ProofOutcome::Better, "seed {seed}");
+    }
+}
+
+/// A pendulum whose torque is another at every sample, so that no noise shows on it.
+fn driven_at_random(truth: &Model, run: u64) -> Recording {
+    let time: Vec<f64> = (0..1500).map(|k| 0.01 * f64::from(k)).collect();
+    let mut torque = vec![0.0; time.len()];
+    add_gaussian_noise(&mut torque, 1.0, &mut rng(936, run)).expect("a deviation");
+    let system = System::new(truth);
+    let start = system.at_rest(&[0.2, 0.0]);
+    let motion = rk4_sampled(&system, &start, &time, &torque, truth.hold, 8).expect("a motion");
+    let mut q: Vec<f64> = (0..time.len()).map(|k| motion.state(k)[0]).collect();
+    add_gaussian_noise(&mut q, 1e-3, &mut rng(937, run)).expect("a deviation");
+    let column = |name: &str, values| Column { name: name.to_owned(), values };
+    let columns = vec![column("tau", torque), column("q", q)];
+    Recording { name: format!("run{run}"), time, columns }
+}
+
+/// Free runs and filters name the same law; the numbers are those of filters, since what is left is noise on the input.
+#[test]
+fn numbers_beside_noisy_inputs_know_of_the_noise() {
+    let effect = "[[effect]]\nclass = \"cubic_stiffness\"\nchannel = \"q\"\nstiffness = 0.25";
+    let (model, truth) = (ON_PENDULUM.model(), ON_PENDULUM.truth(effect));
+    let clean = (0..4).map(|run| driven_at_random(&truth, run)).collect();
+    let (recordings, sd) = with_noisy_input(clean, 0.05, 938);
+    let d = diagnosed(&model, &recordings).diagnosis;
+    let found: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
+    assert_eq!(found, ["cubic_stiffness"]);
+    let noise = d.driving.inputs.get("tau").expect("noise on the input is told");
+    assert!((noise.std / sd - 1.0).abs() < 0.1, "{noise:?}, {sd}");
+    let stiffness = &d.findings[0].parameters["stiffness"];
+    assert!((stiffness.value - 0.25).abs() < 3.0 * stiffness.std, "{stiffness:?}");
+    assert!(stiffness.std < 0.005, "{stiffness:?}");
+    for (name, parameter) in &d.calibration {
+        let off = (parameter.value - parameter.nominal).abs();
+        assert!(off < 3.5 * parameter.std, "{name}: {parameter:?}");
     }
 }
 

@@ -5,7 +5,7 @@ use crate::concealed::diagnosis::Alternative;
 use crate::concealed::sealed::Group;
 use crate::concealed::sensor::Concealment;
 
-pub fn effect(class: &str, channel: &str, accept: &[(&str, &str)]) -> SealedEffect {
+pub(crate) fn effect(class: &str, channel: &str, accept: &[(&str, &str)]) -> SealedEffect {
     SealedEffect {
         name: Name::new(class, channel),
         other: None,
@@ -18,7 +18,7 @@ pub fn effect(class: &str, channel: &str, accept: &[(&str, &str)]) -> SealedEffe
     }
 }
 
-pub fn truth(matter: Matter, effects: Vec<SealedEffect>) -> Sealed {
+pub(crate) fn truth(matter: Matter, effects: Vec<SealedEffect>) -> Sealed {
     Sealed {
         case: "1".to_owned(),
         plant: "p".to_owned(),
@@ -35,7 +35,7 @@ pub fn truth(matter: Matter, effects: Vec<SealedEffect>) -> Sealed {
     }
 }
 
-pub fn finding(class: &str, channel: &str) -> Finding {
+pub(crate) fn finding(class: &str, channel: &str) -> Finding {
     Finding {
         class: class.to_owned(),
         channel: channel.to_owned(),
@@ -44,7 +44,7 @@ pub fn finding(class: &str, channel: &str) -> Finding {
     }
 }
 
-pub fn diagnosis(verdict: &str, findings: Vec<Finding>) -> Diagnosis {
+pub(crate) fn diagnosis(verdict: &str, findings: Vec<Finding>) -> Diagnosis {
     Diagnosis { verdict: verdict.to_owned(), findings, ..Diagnosis::default() }
 }
 
