@@ -51,16 +51,26 @@ struct Trust {
     at_once: bool,
     /// Whether damped steps gain no more: one that nothing damps is the last that is tried.
     settled: bool,
+    /// Whether what is left may be noise.
+    is_right: bool,
 }
 
 /// Least damping: all that a step promises without any.
 const LEAST: f64 = 1e-7;
+/// Mean square of the residual, in units of the noise, up to which a step that nothing damps is tried: twice that of noise
+/// alone. What is left beyond is another law's, and combinations that the data hardly tell would take it up.
+const RIGHT: f64 = 2.0;
 
 impl Trust {
     /// Damp no more. What the data hardly tell is where its prior has it, and the damping, a share of what they tell
     /// of each entry by itself, holds that most.
     fn settle(&mut self) {
-        *self = Self { damping: LEAST, at_once: false, settled: true };
+        *self = Self { damping: LEAST, at_once: false, settled: true, ..*self };
+    }
+
+    /// Whether nothing is left to try where a step gains little.
+    fn is_done(&self) -> bool {
+        self.settled || !self.is_right
     }
 }
 
@@ -94,7 +104,7 @@ impl<'p> Minimisation<'p> {
     /// Minimise.
     pub(super) fn run(mut self, effort: Effort) -> Result<Fit<'p>, FitError> {
         let mut theta = self.hypothesis.theta();
-        let mut trust = Trust { damping: BELIEVED, at_once: true, settled: false };
+        let mut trust = Trust { damping: BELIEVED, at_once: true, settled: false, is_right: true };
         let mut here = self.begin()?;
         let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
@@ -103,13 +113,15 @@ impl<'p> Minimisation<'p> {
             }
             let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
             let count = self.count(&here.blocks);
-            let least = effort.least * (before / count.max(1) as f64).max(1.0);
+            let mean_square = before / count.max(1) as f64;
+            let least = effort.least * mean_square.max(1.0);
+            trust.is_right = mean_square <= RIGHT;
             match self.descend(&here.blocks, (before, least), &mut theta, &mut trust)? {
                 Descent::Taken { gained, there } => {
                     here = there;
                     if gained >= least {
                         trust.settled = false;
-                    } else if trust.settled {
+                    } else if trust.is_done() {
                         end = End::Converged;
                         break;
                     } else {
@@ -149,7 +161,7 @@ impl<'p> Minimisation<'p> {
             let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, damping);
             let promised = step.as_ref().map_or(f64::INFINITY, |s| s.promised);
             let is_little = attempt == 0 && damping <= BELIEVED && promised < least;
-            if trust.settled && (is_little || attempt > 0) {
+            if is_little && trust.is_done() || attempt > 0 && trust.settled {
                 return Ok(Descent::Ended(End::Converged));
             }
             if is_little {
@@ -163,7 +175,7 @@ impl<'p> Minimisation<'p> {
             let taken = step.ok().and_then(|s| self.try_step(s, before, theta, eager));
             if let Some((after, there)) = taken {
                 let damping = f64::max(0.125 * damping, LEAST);
-                *trust = Trust { damping, at_once: attempt == 0, settled: trust.settled };
+                *trust = Trust { damping, at_once: attempt == 0, ..*trust };
                 let there = there.map_or_else(|| self.linearise(), Ok)?;
                 return Ok(Descent::Taken { gained: before - after, there });
             }
