@@ -45,8 +45,7 @@ impl Substeps {
             let mut cuts = Cuts::of(self);
             while cuts.is_left() {
                 let (t, h) = cuts.span(times.0 + s as f64 * whole, whole);
-                let part = cuts.part(s);
-                if cuts.is_long() && stepped.is_planned(part) {
+                if cuts.is_long() && stepped.is_planned(cuts.part(s)) {
                     cuts.cut();
                     continue;
                 }
@@ -57,7 +56,7 @@ impl Substeps {
                 }
                 made += 1;
                 if cuts.is_long() && stepped.jumps() {
-                    stepped.plan(part);
+                    stepped.plan(cuts.part(s));
                     cuts.cut();
                     continue;
                 }

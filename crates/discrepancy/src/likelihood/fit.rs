@@ -7,10 +7,10 @@ use super::problem;
 use super::sweep::{Run, Starts};
 use super::windows::{Window, windows};
 use super::{Filter, Hypothesis, Problem, ProcessNoise, What};
-use lacuna_effects::Law;
+use lacuna_effects::{Law, Parameter};
 use lacuna_plants::Substeps;
 use lacuna_plants::model::{ModelEffect, System};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -421,14 +421,17 @@ impl<'p> Fit<'p> {
         Some(DMatrix::from_fn(p, p, |i, j| scaled[(i, j)] * free[i].sd * free[j].sd))
     }
 
+    /// The same, or that of the priors where it is not finite.
+    fn covariance_or_prior(&self, temperature: f64) -> DMatrix<f64> {
+        let priors = self.hypothesis.free.iter().map(|f| f.sd * f.sd).collect();
+        let prior = || DMatrix::from_diagonal(&DVector::from_vec(priors));
+        self.covariance(temperature).unwrap_or_else(prior)
+    }
+
     /// Standard deviations of the fitted values where data are worth one in `temperature`.
     #[must_use]
     pub fn std(&self, temperature: f64) -> Vec<f64> {
-        let covariance = self.covariance(temperature);
-        let own = |(i, f): (usize, &super::Free)| {
-            covariance.as_ref().map_or(f.sd, |c| c[(i, i)].max(0.0).sqrt())
-        };
-        self.hypothesis.free.iter().enumerate().map(own).collect()
+        deviations(&self.covariance_or_prior(temperature))
     }
 
     /// Standard deviations of the model's parameters; 0 for those that are known.
@@ -469,65 +472,64 @@ impl<'p> Fit<'p> {
 
     /// Which physical parameters of an effect move with what is free and `counts` with its fitted value.
     fn told_by(&self, effect: usize, counts: impl Fn(&super::Free, f64) -> bool) -> Vec<bool> {
-        let sd: Vec<f64> = self.hypothesis.free.iter().map(|f| f.sd).collect();
-        let here = self.hypothesis.effects[effect].internal();
-        let mut told = vec![false; self.hypothesis.effects[effect].parameters.len()];
-        for (j, entry, slopes) in self.physical_slopes(effect, &sd) {
-            let f = &self.hypothesis.free[entry];
-            if counts(f, f.fitted(here[j])) {
-                told.iter_mut().zip(slopes).for_each(|(told, slope)| *told |= slope != 0.0);
-            }
-        }
-        told
+        let free = &self.hypothesis.free;
+        let sd: Vec<f64> = free.iter().map(|f| f.sd).collect();
+        let slopes = self.physical_slopes(effect, &sd);
+        let theta = self.hypothesis.theta();
+        let counting: Vec<usize> =
+            (0..free.len()).filter(|&entry| counts(&free[entry], theta[entry])).collect();
+        let told = |p: usize| counting.iter().any(|&entry| slopes[(p, entry)] != 0.0);
+        (0..slopes.nrows()).map(told).collect()
     }
 
-    /// Derivatives of an effect's physical parameters by the entries of theta that are its own, from steps that are
-    /// small beside these standard deviations: which internal parameter, which entry, a derivative each.
-    fn physical_slopes(&self, effect: usize, std: &[f64]) -> Vec<(usize, usize, Vec<f64>)> {
+    /// Derivatives of an effect's physical parameters (rows) by the entries of theta (columns), from steps that are
+    /// small beside these standard deviations.
+    fn physical_slopes(&self, effect: usize, std: &[f64]) -> DMatrix<f64> {
         const SMALL: f64 = 1e-4;
         let e = &self.hypothesis.effects[effect];
         let here = e.internal();
-        let slopes = |(entry, f): (usize, &super::Free)| {
-            let What::Effect(of, j) = f.what else { return None };
+        let mut slopes = DMatrix::zeros(e.parameters.len(), std.len());
+        for (entry, f) in self.hypothesis.free.iter().enumerate() {
+            let What::Effect(of, j) = f.what else { continue };
             let step = SMALL * std[entry];
             if of != effect || step <= 0.0 {
-                return None;
+                continue;
             }
             let (mut moved, mut values) = (e.clone(), here.clone());
             values[j] += step * f.slope(f.fitted(here[j]));
             moved.set_internal(&values);
-            let pairs = moved.parameters.iter().zip(&e.parameters);
-            Some((j, entry, pairs.map(|(a, b)| (a - b) / step).collect()))
-        };
-        self.hypothesis.free.iter().enumerate().filter_map(slopes).collect()
+            for (p, (a, b)) in moved.parameters.iter().zip(&e.parameters).enumerate() {
+                slopes[(p, entry)] = (a - b) / step;
+            }
+        }
+        slopes
     }
 
     /// The effects with standard deviations of their physical parameters; samples tell of when something began to one
     /// of them.
     #[must_use]
     pub fn effects(&self, temperature: f64) -> Vec<ModelEffect> {
-        let covariance = self.covariance(temperature);
-        let std = self.std(temperature);
-        let variance = |i: usize, j: usize| match &covariance {
-            Some(c) => c[(i, j)],
-            None if i == j => std[i] * std[i],
-            None => 0.0,
-        };
+        let covariance = self.covariance_or_prior(temperature);
+        let std = deviations(&covariance);
         let mut effects = self.hypothesis.effects.clone();
         for (index, e) in effects.iter_mut().enumerate().skip(self.hypothesis.own) {
             let slopes = self.physical_slopes(index, &std);
-            let of = |p: usize| {
-                let both = slopes.iter().flat_map(|a| slopes.iter().map(move |b| (a, b)));
-                let sum: f64 = both.map(|(a, b)| a.2[p] * b.2[p] * variance(a.1, b.1)).sum();
-                let name = e.effect.parameters.get(p).map(|of| of.name);
-                let onset = name.is_some() && e.effect.nature.onset == name;
-                let within = if onset { self.problem.sample.powi(2) / 12.0 } else { 0.0 };
-                (sum > 0.0).then(|| (sum + within).sqrt())
-            };
-            e.std = (0..e.parameters.len()).map(of).collect();
+            let mut variances = (&slopes * &covariance * slopes.transpose()).diagonal();
+            let is_onset = |p: &Parameter| Some(p.name) == e.effect.nature.onset;
+            if let Some(p) = e.effect.parameters.iter().position(is_onset)
+                && variances[p] > 0.0
+            {
+                variances[p] += self.problem.sample.powi(2) / 12.0;
+            }
+            e.std = variances.iter().map(|v| (*v > 0.0).then(|| v.sqrt())).collect();
         }
         effects
     }
+}
+
+/// Standard deviations of entries with such a covariance.
+fn deviations(covariance: &DMatrix<f64>) -> Vec<f64> {
+    covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect()
 }
 
 /// Memory states that the same effects have at the head of two lists.

@@ -73,7 +73,8 @@ impl<'p> Search<'p> {
     }
 
     /// Whichever of two searches predicts better, that of free runs or that beside noise that drives
-    /// the machine; of those that predict alike, the one that explains more. A filter is blind to
+    /// the machine; of those that predict alike, the one that explains more, and of those that explain the same beside
+    /// noisy inputs the one that knows of the noise. A filter is blind to
     /// what is wrong in the very sensors that it follows, and to what adds up slowly; free runs take
     /// what drives the machine for physics.
     pub(super) fn likelier(&self, free: Searched<'p>, driven: Searched<'p>) -> Searched<'p> {
@@ -106,18 +107,16 @@ impl<'p> Search<'p> {
     /// Whether a search beside noise names what one by free runs does, and what that leaves beyond the outputs' noise is
     /// all that of inputs: numbers are then as certain as noisy inputs let them be.
     fn tells_noisy_inputs(&self, free: &Searched<'p>, driven: &Searched<'p>) -> bool {
-        let names = |s: &Searched| {
-            let supposed = s.path.fit.hypothesis.supposed().iter();
-            let mut names: Vec<_> = supposed.map(Candidate::of).collect();
-            names.sort_by_key(|c| (c.effect.class, c.channel, c.other));
-            names
+        let names = |s: &Searched| -> Vec<Candidate> {
+            s.path.fit.hypothesis.supposed().iter().map(Candidate::of).collect()
         };
+        let (own, others) = (names(free), names(driven));
+        let same = own.len() == others.len() && own.iter().all(|name| others.contains(name));
         let is_noise = |s: &Searched| s.path.fit.reduced() < self.decision.noise;
         let noise = driven.path.fit.noise.as_deref();
-        noise.is_some_and(ProcessNoise::pushes_nothing)
+        same && noise.is_some_and(ProcessNoise::pushes_nothing)
             && is_noise(driven)
             && !is_noise(free)
-            && names(free) == names(driven)
     }
 
     /// Whether what a machine leaves that follows its recordings from end to end is noise of its
