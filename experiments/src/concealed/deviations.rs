@@ -10,7 +10,9 @@
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-use super::diagnosis::{Diagnosis, Finding, Number};
+use lacuna_discrepancy::diagnosis::Estimate;
+
+use super::diagnosis::{Diagnosis, Finding};
 use super::proportion::Proportion;
 use super::row::Row;
 use super::sealed::{Sealed, SealedEffect};
@@ -21,7 +23,9 @@ const TWO: f64 = 2.0;
 /// A reported number whose true value is known.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Deviation {
-    /// `class.parameter` of a finding, or a parameter of the model.
+    /// Class of the finding that it is a number of; none: a parameter of the model.
+    pub class: Option<String>,
+    /// Its name.
     pub of: String,
     /// By how many reported standard deviations it is above the truth.
     pub deviation: f64,
@@ -41,7 +45,7 @@ impl Coverage {
     pub fn of(rows: &[&Row]) -> Self {
         let all = || rows.iter().flat_map(|r| &r.deviations);
         let within = |finding: bool| {
-            let own: Vec<_> = all().filter(|d| d.of.contains('.') == finding).collect();
+            let own: Vec<_> = all().filter(|d| d.class.is_some() == finding).collect();
             let inside = own.iter().filter(|d| d.deviation.abs() <= TWO).count();
             Proportion::new(inside, own.len())
         };
@@ -56,9 +60,9 @@ pub fn deviations(truth: &Sealed, diagnosis: &Diagnosis) -> Vec<Deviation> {
     let pairs: Option<Vec<_>> = truth.effects.iter().map(|e| Some((e, own(e)?))).collect();
     let Some(pairs) = pairs.filter(|pairs| pairs.len() == found.len()) else { return vec![] };
     let of_findings = pairs.into_iter().flat_map(|(effect, finding)| numbers(effect, finding));
-    let of_parameters = diagnosis.calibration.iter().filter_map(|(name, estimate)| {
+    let of_parameters = diagnosis.calibration.iter().filter_map(|(name, c)| {
         let factor = truth.miscalibrated.get(name).copied().unwrap_or(1.0);
-        deviation(name.clone(), estimate, estimate.value - factor * estimate.nominal?)
+        deviation((None, name), c.value - factor * c.nominal, (c.std, c.at_bound))
     });
     of_findings.chain(of_parameters).collect()
 }
@@ -69,19 +73,23 @@ fn is(effect: &SealedEffect, finding: &Finding) -> bool {
 }
 
 fn numbers(effect: &SealedEffect, finding: &Finding) -> Vec<Deviation> {
-    let number = |(name, estimate): (&String, &Number)| {
+    let number = |(name, estimate): (&String, &Estimate)| {
         let off = estimate.value - effect.parameters.get(name)?.as_f64()?;
         // An angle is known to a whole turn.
         let off = if name == "phase" { (off + PI).rem_euclid(TAU) - PI } else { off };
-        deviation(format!("{}.{name}", finding.class), estimate, off)
+        deviation((Some(&finding.class), name), off, (estimate.std, estimate.at_bound))
     };
     finding.parameters.iter().filter_map(number).collect()
 }
 
 /// What sits on its bound is marked, and what is given has no standard deviation.
-fn deviation(of: String, estimate: &Number, off: f64) -> Option<Deviation> {
-    let told = estimate.std.filter(|std| *std > 0.0 && !estimate.at_bound)?;
-    Some(Deviation { of, deviation: off / told })
+fn deviation(
+    (class, of): (Option<&String>, &String),
+    off: f64,
+    (std, at_bound): (f64, bool),
+) -> Option<Deviation> {
+    let told = std > 0.0 && !at_bound;
+    told.then(|| Deviation { class: class.cloned(), of: of.clone(), deviation: off / std })
 }
 
 #[cfg(test)]

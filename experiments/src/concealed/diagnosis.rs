@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use lacuna_discrepancy::diagnosis::{FormulaFit, Support};
+use lacuna_discrepancy::diagnosis::{Calibration, Estimate, FormulaFit, Support};
 
 use super::sealed::Name;
 
@@ -19,21 +19,7 @@ pub struct Diagnosis {
     pub formula: Option<FormulaFit>,
     /// The model's own parameters as they were estimated.
     #[serde(default)]
-    pub calibration: BTreeMap<String, Number>,
-}
-
-/// A number and how well it is known.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
-#[serde(default)]
-pub struct Number {
-    /// What the model gives, of a parameter of it.
-    pub nominal: Option<f64>,
-    /// The estimate.
-    pub value: f64,
-    /// Its standard deviation.
-    pub std: Option<f64>,
-    /// Whether it sits on a bound.
-    pub at_bound: bool,
+    pub calibration: BTreeMap<String, Calibration>,
 }
 
 /// A finding.
@@ -53,7 +39,7 @@ pub struct Finding {
     /// When it begins (s).
     pub time: Option<f64>,
     /// Its numbers.
-    pub parameters: BTreeMap<String, Number>,
+    pub parameters: BTreeMap<String, Estimate>,
     /// Claimed probability.
     pub probability: Option<f64>,
     /// What speaks for the class before calibration.

@@ -3,10 +3,15 @@
 use super::*;
 use crate::concealed::score::tests::{diagnosis, effect, finding, truth};
 use crate::concealed::sealed::Matter;
+use lacuna_discrepancy::diagnosis::Calibration;
 use serde_json::json;
 
-fn number(value: f64, std: f64) -> Number {
-    Number { value, std: Some(std), ..Number::default() }
+fn number(value: f64, std: f64) -> Estimate {
+    Estimate { value, std, unit: String::new(), at_bound: false }
+}
+
+fn calibrated(nominal: f64, value: f64, std: f64) -> Calibration {
+    Calibration { nominal, value, std, unit: String::new(), at_bound: false }
 }
 
 fn cogging(phase: f64) -> Finding {
@@ -15,8 +20,9 @@ fn cogging(phase: f64) -> Finding {
     Finding { parameters, ..finding("cogging", "q") }
 }
 
-fn of(deviations: &[Deviation], name: &str) -> f64 {
-    deviations.iter().find(|d| d.of == name).map(|d| d.deviation).unwrap()
+fn of(deviations: &[Deviation], class: Option<&str>, name: &str) -> f64 {
+    let own = |d: &&Deviation| d.class.as_deref() == class && d.of == name;
+    deviations.iter().find(own).map(|d| d.deviation).unwrap()
 }
 
 fn case() -> (Sealed, Diagnosis) {
@@ -25,9 +31,9 @@ fn case() -> (Sealed, Diagnosis) {
     let mut sealed = truth(Matter::MissingPhysics, vec![concealed]);
     sealed.miscalibrated.insert("m".to_owned(), 1.1);
     let mut found = diagnosis("missing_physics", vec![cogging(TAU - 0.1)]);
-    let mass = Number { nominal: Some(2.0), ..number(2.3, 0.05) };
-    let spring = Number { nominal: Some(5.0), ..number(4.9, 0.1) };
-    found.calibration = [("m".to_owned(), mass), ("k".to_owned(), spring)].into();
+    let (mass, spring) = (calibrated(2.0, 2.3, 0.05), calibrated(5.0, 4.9, 0.1));
+    // Robots' parameters have points in their names.
+    found.calibration = [("m".to_owned(), mass), ("link.k".to_owned(), spring)].into();
     (sealed, found)
 }
 
@@ -36,9 +42,12 @@ fn numbers_are_told_in_their_standard_deviations() {
     let (sealed, found) = case();
     let all = deviations(&sealed, &found);
     assert_eq!(all.len(), 4);
-    let expected = [("cogging.phase", -2.0), ("cogging.amplitude", 2.5), ("m", 2.0), ("k", -1.0)];
-    for (name, deviation) in expected {
-        assert!((of(&all, name) - deviation).abs() < 1e-9, "{name}: {}", of(&all, name));
+    let cogging = Some("cogging");
+    let of_finding = [(cogging, "phase", -2.0), (cogging, "amplitude", 2.5)];
+    let of_model = [(None, "m", 2.0), (None, "link.k", -1.0)];
+    for (class, name, deviation) in of_finding.into_iter().chain(of_model) {
+        let told = of(&all, class, name);
+        assert!((told - deviation).abs() < 1e-9, "{name}: {told}");
     }
 }
 
@@ -59,7 +68,7 @@ fn beside_a_wrong_or_a_further_law_no_number_has_a_true_value() {
 fn what_sits_on_its_bound_or_is_given_has_no_standard_deviation() {
     let (sealed, mut found) = case();
     found.calibration.get_mut("m").unwrap().at_bound = true;
-    found.calibration.get_mut("k").unwrap().std = None;
+    found.calibration.get_mut("link.k").unwrap().std = 0.0;
     let all = deviations(&sealed, &found);
-    assert!(all.len() == 2 && all.iter().all(|d| d.of.starts_with("cogging.")));
+    assert!(all.len() == 2 && all.iter().all(|d| d.class.as_deref() == Some("cogging")));
 }
