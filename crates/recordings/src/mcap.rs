@@ -32,7 +32,7 @@ use crate::recording::{Column, Recording};
 use crate::source::RecordingSource;
 use clocks::{Ordered, Times};
 use definition::Schema;
-use message::{Encoding, Numbers};
+use message::{Encoding, Layout, Numbers};
 
 /// Bytes that are read from the file at once.
 const PIECE: usize = 1 << 20;
@@ -69,7 +69,7 @@ impl Reader for Mcap {
             wanted,
             schemas: HashMap::new(),
             channels: HashMap::new(),
-            topics: BTreeMap::new(),
+            topics: vec![],
             not_read: BTreeMap::new(),
             zero: i64::MAX,
             found: Numbers::default(),
@@ -85,17 +85,28 @@ enum Decoder {
     Json,
 }
 
-/// A kind of message of a topic: what each of its numbers is.
+/// A kind of message of a topic: what of its numbers is kept.
+#[derive(Clone)]
 struct Shape {
-    /// The column of each number, where it is wanted.
-    slots: Vec<Option<usize>>,
+    /// Numbers that are wanted, and the column of each.
+    slots: Vec<(usize, usize)>,
     /// Where seconds and nanoseconds of the stamp are.
     stamp: Option<(usize, usize)>,
+}
+
+/// A channel: the topic of its messages and how they are read.
+struct Source {
+    topic: String,
+    /// None for what is not read.
+    decoder: Option<Decoder>,
+    /// Where the topic is, once it has a message.
+    at: Option<usize>,
 }
 
 /// What is kept of a topic.
 #[derive(Default)]
 struct Topic {
+    name: String,
     /// Whether a column of it may be wanted.
     is_wanted: bool,
     stamped: bool,
@@ -104,6 +115,8 @@ struct Topic {
     columns: Vec<Column>,
     others: BTreeSet<String>,
     shapes: HashMap<Vec<u8>, Shape>,
+    /// How the message before was laid out, and its shape.
+    last: Option<(Layout, Shape)>,
 }
 
 struct Messages<'w> {
@@ -111,9 +124,9 @@ struct Messages<'w> {
     wanted: &'w Wanted,
     budget: Budget,
     schemas: HashMap<u16, (String, String, Vec<u8>)>,
-    /// Topics of channels and how their messages are read; no way for what is not.
-    channels: HashMap<u16, (String, Option<Decoder>)>,
-    topics: BTreeMap<String, Topic>,
+    channels: HashMap<u16, Source>,
+    /// In the order of their first messages, at the end by name.
+    topics: Vec<Topic>,
     /// Topics whose messages are not read, and why.
     not_read: BTreeMap<String, String>,
     /// When the first message was logged.
@@ -158,7 +171,8 @@ impl Messages<'_> {
                 let decoder = self.decoder(&channel).map_err(|why| {
                     self.not_read.insert(channel.topic.clone(), why);
                 });
-                self.channels.insert(channel.id, (channel.topic, decoder.ok()));
+                let source = Source { topic: channel.topic, decoder: decoder.ok(), at: None };
+                self.channels.insert(channel.id, source);
             }
             _ => {}
         }
@@ -189,16 +203,19 @@ impl Messages<'_> {
         let header = header(head);
         let logged = i64::try_from(header.log_time).unwrap_or(i64::MAX);
         self.zero = self.zero.min(logged);
-        let Some((name, Some(decoder))) = self.channels.get(&header.channel_id) else {
-            return Ok(());
-        };
-        if !self.topics.contains_key(name) {
-            let is_wanted = self.wanted.keeps_some(&format!("{name}."));
-            self.topics.insert(name.clone(), Topic { is_wanted, ..Topic::default() });
-        }
-        let Some(topic) = self.topics.get_mut(name) else { return Ok(()) };
+        let Some(source) = self.channels.get_mut(&header.channel_id) else { return Ok(()) };
+        let Some(decoder) = &source.decoder else { return Ok(()) };
+        let at = *source
+            .at
+            .get_or_insert_with(|| topic_of(&source.topic, self.wanted, &mut self.topics));
+        let topic = &mut self.topics[at];
         if !topic.is_wanted && !topic.shapes.is_empty() {
             return Ok(());
+        }
+        if let Some((layout, shape)) = topic.last.take_if(|(layout, _)| layout.fits(data)) {
+            let kept = topic.take(&shape, |k| layout.number(data, k), logged);
+            topic.last = Some((layout, shape));
+            return self.budget.take_numbers(kept);
         }
         let found = &mut self.found;
         found.values.clear();
@@ -207,7 +224,7 @@ impl Messages<'_> {
         let wrong = |reason: String| RecordingError::Broken {
             file: self.file.clone(),
             format: "MCAP",
-            reason: format!("topic {name}, message {} of it: {reason}", header.sequence),
+            reason: format!("topic {}, message {} of it: {reason}", source.topic, header.sequence),
         };
         let read = |found: &mut Numbers| match decoder {
             Decoder::Ros(schema, encoding) => message::read(schema, *encoding, data, found),
@@ -222,20 +239,23 @@ impl Messages<'_> {
             let shape = std::mem::take(&mut found.shape);
             found.names = Some(vec![]);
             read(found).map_err(wrong)?;
-            topic.learn(name, shape, found.names.as_deref().unwrap_or_default(), self.wanted);
+            topic.learn(shape, found.names.as_deref().unwrap_or_default(), self.wanted);
         }
-        let kept = topic.take(found, logged);
+        let Some(shape) = topic.shapes.get(&found.shape).cloned() else { return Ok(()) };
+        let kept = topic.take(&shape, |k| found.values.get(k).copied(), logged);
+        topic.last = matches!(decoder, Decoder::Ros(..)).then(|| (found.layout.clone(), shape));
         self.budget.take_numbers(kept)
     }
 
     fn finish(mut self, source: &RecordingSource) -> Result<Log, RecordingError> {
+        self.topics.sort_by(|a, b| a.name.cmp(&b.name));
         let names = self.all_names();
         if names.is_empty() {
             return Err(self.nothing());
         }
         self.wanted.check(&self.file, &names).map_err(|e| self.why(e))?;
         let mut others = Vec::new();
-        for topic in self.topics.values_mut() {
+        for topic in &mut self.topics {
             let kept = topic.columns.iter().map(|c| &c.name);
             kept.for_each(|name| {
                 topic.others.remove(name);
@@ -243,25 +263,26 @@ impl Messages<'_> {
             others.extend(std::mem::take(&mut topic.others));
         }
         let rows = self.rows_topic()?;
-        self.topics.retain(|_, topic| !topic.columns.is_empty());
-        let times: Vec<Times> = self.topics.iter().map(|(name, t)| t.times(name)).collect();
+        self.topics.retain(|topic| !topic.columns.is_empty());
+        let times: Vec<Times> = self.topics.iter().map(Topic::times).collect();
         let ordered = clocks::ordered(&times, self.zero);
-        let Some(base) = times.iter().position(|t| t.topic == rows) else {
+        let Some(base) = self.topics.iter().position(|topic| topic.name == rows) else {
             return Err(self.nothing());
         };
-        let log = self.joined(source, &ordered, base)?;
+        let log = self.joined(source, ordered, base)?;
         Ok(Log { others, ..log })
     }
 
     /// The topic whose samples are the rows.
     fn rows_topic(&self) -> Result<String, RecordingError> {
         let wanted = &self.wanted.time;
-        let has_columns = |name: &str| self.topics.get(name).is_some_and(|t| !t.columns.is_empty());
+        let has_columns =
+            |name: &str| self.topics.iter().any(|t| t.name == name && !t.columns.is_empty());
         if has_columns(wanted) {
             return Ok(wanted.clone());
         }
         if wanted.starts_with('/') {
-            let available: Vec<String> = self.topics.keys().cloned().collect();
+            let available: Vec<String> = self.topics.iter().map(|t| t.name.clone()).collect();
             return Err(RecordingError::NoTimeColumn {
                 file: self.file.clone(),
                 wanted: wanted.clone(),
@@ -271,48 +292,44 @@ impl Messages<'_> {
             });
         }
         let is_measured = |c: &Column| self.wanted.measures(&c.name);
-        let measured = self.topics.iter().filter(|(_, t)| t.columns.iter().any(is_measured));
+        let measured = self.topics.iter().filter(|t| t.columns.iter().any(is_measured));
         // Of topics with as many samples the first by name.
-        let most = measured.rev().max_by_key(|(_, topic)| topic.stamps.len());
-        most.map(|(name, _)| name.clone()).ok_or_else(|| self.nothing())
+        let most = measured.rev().max_by_key(|topic| topic.stamps.len());
+        most.map(|topic| topic.name.clone()).ok_or_else(|| self.nothing())
     }
 
     fn joined(
-        &self,
+        self,
         source: &RecordingSource,
-        ordered: &[Ordered],
+        mut ordered: Vec<Ordered>,
         base: usize,
     ) -> Result<Log, RecordingError> {
         let all = &ordered[base].times;
         let picked = source.selection.picked(all, &self.file)?;
         let times: Vec<f64> = picked.iter().map(|&k| all[k]).collect();
         let mut columns = vec![Column { name: self.wanted.time.clone(), values: times.clone() }];
-        for (k, topic) in self.topics.values().enumerate() {
-            let own = &ordered[k];
-            for Column { name, values } in &topic.columns {
-                let in_order = |samples: &[usize]| -> Vec<f64> {
-                    samples.iter().map(|&s| values[s]).collect()
-                };
+        // What was read of a column goes where it is on the rows' times.
+        for (k, topic) in self.topics.into_iter().enumerate() {
+            for Column { name, values } in topic.columns {
                 let values = if k == base {
-                    picked.iter().map(|&row| values[own.samples[row]]).collect()
+                    picked.iter().map(|&row| values[ordered[k].samples[row]]).collect()
                 } else {
-                    let held = self.wanted.holds(name);
-                    clocks::at_times(&own.times, &in_order(&own.samples), &times, held)
+                    ordered[k].at_times(&values, &times, self.wanted.holds(&name))
                 };
-                columns.push(Column { name: name.clone(), values });
+                columns.push(Column { name, values });
             }
         }
         let mut recording =
             Recording::from_columns(&source.to_string(), columns, &self.wanted.time)?;
         recording.name = source.name();
-        let mut clocks: Vec<Clock> = ordered.iter().map(|o| o.clock.clone()).collect();
-        clocks.swap(0, base);
+        ordered.swap(0, base);
+        let mut clocks: Vec<Clock> = ordered.into_iter().map(|o| o.clock).collect();
         clocks[1..].sort_by(|a, b| a.topic.cmp(&b.topic));
         Ok(Log { recording, others: vec![], clocks })
     }
 
     fn all_names(&self) -> Vec<&str> {
-        let topics = self.topics.values();
+        let topics = self.topics.iter();
         let kept = topics.clone().flat_map(|t| t.columns.iter().map(|c| &*c.name));
         kept.chain(topics.flat_map(|t| t.others.iter().map(String::as_str))).collect()
     }
@@ -374,58 +391,66 @@ impl Messages<'_> {
 
 impl Topic {
     /// What the numbers of messages of a new shape are.
-    fn learn(&mut self, topic: &str, shape: Vec<u8>, names: &[String], wanted: &Wanted) {
+    fn learn(&mut self, shape: Vec<u8>, names: &[String], wanted: &Wanted) {
         let at = |of: &[&str]| names.iter().position(|name| of.contains(&name.as_str()));
         let stamp = at(&STAMP[0]).zip(at(&STAMP[1]));
         let is_stamp = |k: usize| stamp.is_some_and(|(s, n)| k == s || k == n);
-        let slots = names.iter().enumerate().map(|(k, name)| {
-            if is_stamp(k) {
-                return None;
-            }
-            let name = format!("{topic}.{name}");
-            if !wanted.keeps(&name) {
+        let mut slots = Vec::new();
+        for (k, name) in names.iter().enumerate().filter(|(k, _)| !is_stamp(*k)) {
+            let name = format!("{}.{name}", self.name);
+            if wanted.keeps(&name) {
+                slots.push((k, self.column(name)));
+            } else {
                 self.others.insert(name);
-                return None;
             }
-            let known = self.columns.iter().position(|c| c.name == name);
-            Some(known.unwrap_or_else(|| {
-                let values = vec![f64::NAN; self.stamps.len()];
-                self.columns.push(Column { name, values });
-                self.columns.len() - 1
-            }))
-        });
-        let slots = slots.collect();
+        }
         self.shapes.insert(shape, Shape { slots, stamp });
     }
 
-    /// Keeps what is wanted of a message; returns how many numbers these are.
-    fn take(&mut self, found: &Numbers, logged: i64) -> u64 {
-        let Some(shape) = self.shapes.get(&found.shape) else { return 0 };
+    /// Where the column of this name is; a new one misses what was before.
+    fn column(&mut self, name: String) -> usize {
+        self.columns.iter().position(|c| c.name == name).unwrap_or_else(|| {
+            let values = vec![f64::NAN; self.stamps.len()];
+            self.columns.push(Column { name, values });
+            self.columns.len() - 1
+        })
+    }
+
+    /// Keeps what is wanted of a message, of which `number` gives the `k`-th number; returns how many numbers these are.
+    fn take(&mut self, shape: &Shape, number: impl Fn(usize) -> Option<f64>, logged: i64) -> u64 {
         if self.columns.is_empty() {
             return 0;
         }
-        let stamp = shape.stamp.and_then(|(s, n)| {
-            let seconds = found.values.get(s)?;
-            Some(*seconds as i64 * 1_000_000_000 + *found.values.get(n)? as i64)
-        });
+        let stamp = shape
+            .stamp
+            .and_then(|(s, n)| Some(number(s)? as i64 * 1_000_000_000 + number(n)? as i64));
         // A stamp of zero is one that nobody set.
         let stamp = stamp.filter(|stamp| *stamp != 0);
         self.stamped |= stamp.is_some();
         self.stamps.push(stamp.unwrap_or(logged));
         self.logged.push(logged);
         self.columns.iter_mut().for_each(|c| c.values.push(f64::NAN));
-        for (slot, value) in shape.slots.iter().zip(&found.values) {
-            if let Some(last) = slot.and_then(|s| self.columns[s].values.last_mut()) {
-                *last = *value;
+        for &(k, column) in &shape.slots {
+            if let (Some(last), Some(value)) = (self.columns[column].values.last_mut(), number(k)) {
+                *last = value;
             }
         }
         self.columns.len() as u64 + 2
     }
 
-    fn times<'t>(&'t self, name: &'t str) -> Times<'t> {
-        let Self { stamped, stamps, logged, .. } = self;
+    fn times(&self) -> Times<'_> {
+        let Self { name, stamped, stamps, logged, .. } = self;
         Times { topic: name, stamped: *stamped, stamps, logged }
     }
+}
+
+/// Where the topic of this name is; a new one comes last.
+fn topic_of(name: &str, wanted: &Wanted, topics: &mut Vec<Topic>) -> usize {
+    topics.iter().position(|topic| topic.name == name).unwrap_or_else(|| {
+        let is_wanted = wanted.keeps_some(&format!("{name}."));
+        topics.push(Topic { name: name.into(), is_wanted, ..Topic::default() });
+        topics.len() - 1
+    })
 }
 
 /// The head of a message: numbers with the least byte first.

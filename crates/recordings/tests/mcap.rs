@@ -97,3 +97,47 @@ fn a_log_that_is_cut_is_told() {
         assert!(said.contains("cannot be read as MCAP"), "{said}");
     }
 }
+
+/// Messages as long as the one before, of other joints or with none of the list: each number goes where it belongs.
+#[test]
+fn messages_of_changing_layout_keep_their_columns() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut writer = mcap::Writer::new(File::create(&path).unwrap()).unwrap();
+    let schema = writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", SCHEMA.as_bytes());
+    let none = Default::default();
+    let joint = writer.add_channel(schema.unwrap(), "/joint_states", "cdr", &none).unwrap();
+    for k in 0..60u64 {
+        let (h, t) = (k as f64, -(k as f64));
+        let stamp = START + k * 10_000_000;
+        let data = match k % 5 {
+            0 | 1 => joint_state(stamp, &["hip", "toe"], [&[h, t], &[], &[]]),
+            2 => joint_state(stamp, &["toe", "hip"], [&[t, h], &[], &[]]),
+            3 => joint_state(stamp, &["hip", "toe"], [&[], &[h, t], &[]]),
+            _ => joint_state(stamp, &["hip"], [&[h], &[], &[]]),
+        };
+        let header = MessageHeader {
+            channel_id: joint,
+            sequence: k as u32,
+            log_time: stamp,
+            publish_time: stamp,
+        };
+        writer.write_to_known_channel(&header, &data).unwrap();
+    }
+    writer.finish().unwrap();
+    let run = read(&RecordingSource::file(&path), "t").unwrap();
+    let column = |name: &str| run.column(&format!("/joint_states.{name}")).unwrap();
+    for k in 0..60 {
+        let (at, missing) = (k as f64, f64::NAN);
+        let [hip, toe, velocity] = match k % 5 {
+            0..=2 => [at, -at, missing],
+            3 => [missing, missing, at],
+            _ => [at, missing, missing],
+        };
+        let found = ["position[hip]", "position[toe]", "velocity[hip]"].map(column);
+        for (found, expected) in found.iter().zip([hip, toe, velocity]) {
+            assert_eq!(found[k].to_bits(), expected.to_bits(), "row {k}");
+        }
+        assert_eq!(run.time[k], k as f64 / 100.0);
+    }
+}

@@ -28,6 +28,19 @@ pub(super) struct Ordered {
     pub clock: Clock,
 }
 
+impl Ordered {
+    /// Values of the topic's samples, as they came, at the times `at`.
+    pub fn at_times(&self, values: &[f64], at: &[f64], held: bool) -> Vec<f64> {
+        let values: Vec<f64> = self.samples.iter().map(|&s| values[s]).collect();
+        if values.iter().any(|v| v.is_nan()) {
+            let present = self.times.iter().zip(&values).filter(|(_, v)| !v.is_nan());
+            let (times, values): (Vec<f64>, Vec<f64>) = present.map(|(t, v)| (*t, *v)).unzip();
+            return at_times((&times, usual_step(&times)), &values, at, held);
+        }
+        at_times((&self.times, self.clock.step), &values, at, held)
+    }
+}
+
 fn seconds(nanoseconds: i128) -> f64 {
     nanoseconds as f64 / 1e9
 }
@@ -79,12 +92,10 @@ fn usual_step(times: &[f64]) -> f64 {
     median(&mut times.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>())
 }
 
-/// Values at `times`, brought to the times `at`: between samples along a straight line, or the last one where
-/// they are `held`; NaN before the first, after the last and in gaps. Missing samples are passed over.
-pub(super) fn at_times(times: &[f64], values: &[f64], at: &[f64], held: bool) -> Vec<f64> {
-    let present = times.iter().zip(values).filter(|(_, v)| !v.is_nan());
-    let (times, values): (Vec<f64>, Vec<f64>) = present.map(|(t, v)| (*t, *v)).unzip();
-    let longest = PAUSE * usual_step(&times);
+/// Values at `times`, of the usual step beside them, brought to the times `at`: between samples along a straight line, or
+/// the last one where they are `held`; NaN before the first, after the last and in gaps.
+fn at_times((times, step): (&[f64], f64), values: &[f64], at: &[f64], held: bool) -> Vec<f64> {
+    let longest = PAUSE * step;
     let mut next = 0;
     let value = |&t: &f64| {
         while times.get(next).is_some_and(|time| *time <= t) {
@@ -97,7 +108,7 @@ pub(super) fn at_times(times: &[f64], values: &[f64], at: &[f64], held: bool) ->
         }
         match times.get(next) {
             // A held sample counts for a step after the last one.
-            None if held && t - from <= longest / PAUSE => value,
+            None if held && t - from <= step => value,
             None => f64::NAN,
             Some(to) if to - from > longest => f64::NAN,
             Some(_) if held => value,
@@ -113,11 +124,13 @@ mod tests {
 
     #[test]
     fn nothing_is_drawn_across_gaps_nor_beyond_the_ends() {
-        let times = [0.0, 1.0, 2.0, 3.0, 13.0, 14.0];
+        let stamps = [0, 1, 2, 3, 13, 14].map(|s| s * 1_000_000_000);
+        let topic = Times { topic: "/a", stamped: false, stamps: &stamps, logged: &stamps };
+        let topic = &ordered(&[topic], 0)[0];
         let values = [0.0, 10.0, f64::NAN, 30.0, 5.0, 6.0];
         let at = [-0.5, 0.0, 0.25, 2.0, 3.0, 4.0, 12.9, 13.5, 14.0, 14.5, 16.5];
         let shown = |held| {
-            let found = at_times(&times, &values, &at, held);
+            let found = topic.at_times(&values, &at, held);
             found.iter().map(|v| if v.is_nan() { -1.0 } else { *v }).collect::<Vec<f64>>()
         };
         assert_eq!(shown(false), [-1.0, 0.0, 2.5, 20.0, 30.0, -1.0, -1.0, 5.5, 6.0, -1.0, -1.0]);

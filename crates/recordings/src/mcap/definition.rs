@@ -19,6 +19,26 @@ impl Number {
             Self::Unsigned(bytes) | Self::Signed(bytes) | Self::Float(bytes) => bytes,
         }
     }
+
+    /// The number that these bytes are.
+    pub fn read(self, bytes: &[u8], big_endian: bool) -> f64 {
+        let mut raw = [0; 8];
+        if big_endian {
+            raw.iter_mut().zip(bytes.iter().rev()).for_each(|(to, from)| *to = *from);
+        } else {
+            raw[..bytes.len()].copy_from_slice(bytes);
+        }
+        let bits = u64::from_le_bytes(raw);
+        match self {
+            Self::Unsigned(_) => bits as f64,
+            Self::Signed(1) => f64::from(bits as i8),
+            Self::Signed(2) => f64::from(bits as i16),
+            Self::Signed(4) => f64::from(bits as i32),
+            Self::Signed(_) => bits as i64 as f64,
+            Self::Float(4) => f64::from(f32::from_bits(bits as u32)),
+            Self::Float(_) => f64::from_bits(bits),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,13 +2,17 @@
 //!
 //! Numbers stand in the order of the message; which column each belongs to depends on the message's shape alone: the
 //! lengths of its lists and the names of its joints. So names are made once for every shape, and a message of a shape
-//! that is known costs a walk over its bytes.
+//! that is known costs a walk over its bytes; one that is laid out as the message before ([`Layout`]) not even that.
 
 use super::definition::{Count, Kind, Number, Schema};
 use crate::parquet::LONGEST_LIST;
 
 /// Fields that name the entries of the lists beside and below them.
 pub(super) const NAMING: [&str; 4] = ["name", "names", "joint_names", "joint_name"];
+/// Bytes of a message in CDR before what is aligned.
+const HEAD: usize = 4;
+/// Bytes of the length of a list or a text.
+const LENGTH: usize = 4;
 /// Numbers of one message: more are a picture or a cloud of points.
 const MOST_NUMBERS: usize = 1 << 14;
 
@@ -29,6 +33,64 @@ pub(super) struct Numbers {
     pub shape: Vec<u8>,
     /// Names of the columns, without the topic; made where asked for.
     pub names: Option<Vec<String>>,
+    /// Where all this stood, of what is no text.
+    pub layout: Layout,
+}
+
+/// Where the numbers of a message stand, and the bytes that make another message the same in this: its representation,
+/// the lengths of its lists and texts, the names of its joints.
+#[derive(Clone, Default)]
+pub(super) struct Layout {
+    /// Bytes of the message.
+    length: usize,
+    big_endian: bool,
+    /// Where the bytes are that tell, first and behind the last.
+    telling: Vec<(usize, usize)>,
+    /// What they are, one after another.
+    told: Vec<u8>,
+    /// Where each number stands, in the order of the message.
+    numbers: Vec<(usize, Number)>,
+}
+
+impl Layout {
+    fn begin(&mut self, cursor: &Cursor<'_>) {
+        let head = cursor.head;
+        (self.length, self.big_endian) = (head + cursor.data.len(), cursor.big_endian);
+        self.telling.clear();
+        self.told.clear();
+        self.numbers.clear();
+        self.telling.push((0, head));
+    }
+
+    /// These bytes tell; those that follow one another are one piece.
+    fn tells(&mut self, first: usize, behind: usize) {
+        match self.telling.last_mut() {
+            Some(last) if last.1 == first => last.1 = behind,
+            _ => self.telling.push((first, behind)),
+        }
+    }
+
+    fn end(&mut self, data: &[u8]) {
+        let Self { telling, told, .. } = self;
+        telling.iter().for_each(|&(first, behind)| told.extend_from_slice(&data[first..behind]));
+    }
+
+    /// Whether the numbers of this message stand where those of the other one stood.
+    pub fn fits(&self, data: &[u8]) -> bool {
+        let mut told = &self.told[..];
+        data.len() == self.length
+            && self.telling.iter().all(|&(first, behind)| {
+                let (own, rest) = told.split_at(behind - first);
+                told = rest;
+                data[first..behind] == *own
+            })
+    }
+
+    /// The `k`-th number of a message that fits.
+    pub fn number(&self, data: &[u8], k: usize) -> Option<f64> {
+        let &(at, number) = self.numbers.get(k)?;
+        Some(number.read(&data[at..at + number.bytes()], self.big_endian))
+    }
 }
 
 /// Reads a message.
@@ -40,15 +102,14 @@ pub(super) fn read(
     data: &[u8],
     found: &mut Numbers,
 ) -> Result<(), String> {
-    let mut walk = Walk {
-        schema,
-        cursor: Cursor::new(encoding, data)?,
-        found,
-        path: String::new(),
-        joints: vec![],
-        muted: false,
-    };
-    walk.message(0).ok_or_else(|| format!("a message of {} bytes ends too soon", data.len()))
+    let cursor = Cursor::new(encoding, data)?;
+    found.layout.begin(&cursor);
+    let mut walk =
+        Walk { schema, cursor, found, path: String::new(), joints: vec![], muted: false };
+    let read = walk.message(0);
+    read.ok_or_else(|| format!("a message of {} bytes ends too soon", data.len()))?;
+    found.layout.end(data);
+    Ok(())
 }
 
 struct Walk<'s, 'd> {
@@ -99,17 +160,35 @@ impl Walk<'_, '_> {
     }
 
     fn length(&mut self) -> Option<usize> {
-        let length = self.cursor.length()?;
+        let length = self.told_length()?;
         if !self.muted {
             self.found.shape.extend_from_slice(&(length as u32).to_le_bytes());
         }
         Some(length)
     }
 
+    /// A length, of which it depends where things stand.
+    fn told_length(&mut self) -> Option<usize> {
+        let length = self.cursor.length()?;
+        let behind = self.cursor.head + self.cursor.at;
+        self.found.layout.tells(behind - LENGTH, behind);
+        Some(length)
+    }
+
+    /// A text, whose length tells.
+    fn text(&mut self) -> Option<&[u8]> {
+        let length = self.told_length()?;
+        self.cursor.take(length)
+    }
+
     fn joint_names(&mut self, length: usize) -> Option<Vec<String>> {
         let mut names = Vec::new();
         for _ in 0..length {
-            let text = self.cursor.text()?;
+            let length = self.told_length()?;
+            let text = self.cursor.take(length)?;
+            let behind = self.cursor.head + self.cursor.at;
+            self.found.layout.tells(behind - length, behind);
+            let text = text.strip_suffix(b"\0").unwrap_or(text);
             if !self.muted {
                 self.found.shape.extend_from_slice(&(text.len() as u32).to_le_bytes());
                 self.found.shape.extend_from_slice(text);
@@ -148,11 +227,13 @@ impl Walk<'_, '_> {
 
     fn one(&mut self, kind: Kind) -> Option<()> {
         match kind {
-            Kind::Text => self.cursor.text().map(|_| ()),
+            Kind::Text => self.text().map(|_| ()),
             Kind::Message(message) => self.message(message),
             Kind::Number(number) => {
                 let value = self.cursor.number(number)?;
                 if !self.muted && self.found.values.len() < MOST_NUMBERS {
+                    let at = self.cursor.head + self.cursor.at - number.bytes();
+                    self.found.layout.numbers.push((at, number));
                     self.found.values.push(value);
                     if let Some(names) = &mut self.found.names {
                         names.push(self.path[1..].to_owned());
@@ -172,6 +253,8 @@ pub(super) fn unique(names: Vec<String>) -> Vec<String> {
 
 struct Cursor<'d> {
     encoding: Encoding,
+    /// Bytes before what is aligned.
+    head: usize,
     data: &'d [u8],
     at: usize,
     big_endian: bool,
@@ -182,9 +265,9 @@ struct Cursor<'d> {
 impl<'d> Cursor<'d> {
     fn new(encoding: Encoding, data: &'d [u8]) -> Result<Self, String> {
         if encoding == Encoding::Ros1 {
-            return Ok(Self { encoding, data, at: 0, big_endian: false, align: 1 });
+            return Ok(Self { encoding, head: 0, data, at: 0, big_endian: false, align: 1 });
         }
-        let Some((head, data)) = data.split_at_checked(4) else {
+        let Some((head, data)) = data.split_at_checked(HEAD) else {
             return Err(format!("a message of {} bytes ends too soon", data.len()));
         };
         let (big_endian, align) = match head[1] {
@@ -194,7 +277,7 @@ impl<'d> Cursor<'d> {
             7 => (false, 4),
             other => return Err(format!("representation {other} of CDR is not read")),
         };
-        Ok(Self { encoding, data, at: 0, big_endian, align })
+        Ok(Self { encoding, head: HEAD, data, at: 0, big_endian, align })
     }
 
     fn take(&mut self, bytes: usize) -> Option<&'d [u8]> {
@@ -209,14 +292,7 @@ impl<'d> Cursor<'d> {
     }
 
     fn length(&mut self) -> Option<usize> {
-        self.number(Number::Unsigned(4)).map(|length| length as usize)
-    }
-
-    /// A text without the zero that ends it.
-    fn text(&mut self) -> Option<&'d [u8]> {
-        let length = self.length()?;
-        let text = self.take(length)?;
-        Some(text.strip_suffix(b"\0").unwrap_or(text))
+        self.number(Number::Unsigned(LENGTH)).map(|length| length as usize)
     }
 
     fn skip(&mut self, number: Number, length: usize) -> Option<()> {
@@ -226,22 +302,6 @@ impl<'d> Cursor<'d> {
 
     fn number(&mut self, number: Number) -> Option<f64> {
         self.align_to(number.bytes());
-        let bytes = self.take(number.bytes())?;
-        let mut raw = [0; 8];
-        if self.big_endian {
-            raw.iter_mut().zip(bytes.iter().rev()).for_each(|(to, from)| *to = *from);
-        } else {
-            raw[..bytes.len()].copy_from_slice(bytes);
-        }
-        let bits = u64::from_le_bytes(raw);
-        Some(match number {
-            Number::Unsigned(_) => bits as f64,
-            Number::Signed(1) => f64::from(bits as i8),
-            Number::Signed(2) => f64::from(bits as i16),
-            Number::Signed(4) => f64::from(bits as i32),
-            Number::Signed(_) => bits as i64 as f64,
-            Number::Float(4) => f64::from(f32::from_bits(bits as u32)),
-            Number::Float(_) => f64::from_bits(bits),
-        })
+        Some(number.read(self.take(number.bytes())?, self.big_endian))
     }
 }
