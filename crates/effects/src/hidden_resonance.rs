@@ -1,5 +1,7 @@
 //! A hidden resonance (a mass on a spring hung on the coordinate): `mass a, a = frequency^2 (y - q) + 2 damping_ratio frequency (y' - v), y'' = -a`.
 
+use std::f64::consts::TAU;
+
 use crate::{
     Acts, At, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior,
     Range, Scales, Variable,
@@ -62,13 +64,11 @@ pub(crate) fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
     frequencies.flat_map(|w| [0.02, 0.07, 0.2].map(|damping| vec![w, damping])).collect()
 }
 
-/// Frequencies that could show: from that at which the coordinate moves through its range to a decade above it, or, where
-/// nothing brings it back, to three times that of its accelerations, beyond which the mass but follows; at a dozen samples
-/// a period they end.
+/// Frequencies that could show: from that at which the coordinate moves through its range, or once in the recordings, to a
+/// decade above it, or to a dozen samples a period. What is driven in steps rings far above the frequencies at which it moves.
 fn band(scales: &Scales) -> (f64, f64) {
-    let slowest = scales.rate();
-    let highest = (scales.acceleration / scales.v).max(slowest);
-    (slowest, (11.6 * slowest).max((3.0 * highest).min(0.5 / scales.step)))
+    let slowest = scales.rate().max(TAU / scales.duration());
+    (slowest, (11.6 * slowest).max(0.5 / scales.step))
 }
 
 pub(crate) fn memory_spread(_shape: &[f64], scales: &Scales, spread: &mut [f64]) {

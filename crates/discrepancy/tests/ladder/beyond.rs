@@ -366,10 +366,7 @@ fn a_law_by_another_formula_is_one_law() {
     }
 }
 
-/// A joint whose motor is measured, and behind it by a spring the load that the model fixes to it.
-#[test]
-fn a_load_on_a_spring_behind_the_motor_is_a_resonance() {
-    const JOINT: &str = r#"
+const JOINT: &str = r#"
 name = "joint"
 [parameters]
 J = { value = 0.31, unit = "kg m^2", tolerance = 0.05 }
@@ -381,19 +378,41 @@ unit = "N m"
 name = "q"
 velocity = "dq"
 unit = "rad"
+[recordings]
+input_hold = "zero-order"
 [mechanics]
 mass = [["J"]]
 force = ["tau - b*dq"]
 "#;
-    const LOAD: &str = r#"
-[[coordinate]]
-name = "load"
-velocity = "dload"
-unit = "rad"
-[mechanics]
-mass = [["J - 0.19", "0"], ["0", "0.19"]]
-force = ["tau - b*dq - 84*(q - load) - 0.2*(dq - dload)", "84*(q - load) + 0.2*(dq - dload)"]
-"#;
+
+/// A joint whose motor is measured, and behind it by a spring a load that the model fixes to it.
+fn on_a_spring(load: f64, stiffness: f64, damping: f64) -> Model {
+    let (own, _) = JOINT.split_once("[mechanics]").expect("mechanics");
+    let shaft = format!("{stiffness}*(q - load) + {damping}*(dq - dload)");
+    let text = format!(
+        "{own}[[coordinate]]\nname = \"load\"\nvelocity = \"dload\"\nunit = \"rad\"\n[mechanics]\n\
+         mass = [[\"J - {load}\", \"0\"], [\"0\", \"{load}\"]]\n\
+         force = [\"tau - b*dq - ({shaft})\", \"{shaft}\"]\n"
+    );
+    Model::from_text(&text, "truth.toml").expect("the truth is right")
+}
+
+/// That the load is named, with its size and the frequency of its spring, and nothing is left.
+fn is_found(bench: &Bench, mut recordings: Vec<Recording>, (load, stiffness): (f64, f64)) {
+    recordings.iter_mut().for_each(|r| r.columns.retain(|c| c.name != "load"));
+    let d = diagnosed(&bench.model(), &recordings).diagnosis;
+    let found: Vec<_> = d.findings.iter().map(|f| (&*f.class, f.law.as_deref())).collect();
+    assert_eq!(found, [("hidden_resonance", Some("elastic_drive"))], "{:?}", d.notes);
+    for (name, truth) in [("mass", load), ("frequency", (stiffness / load).sqrt())] {
+        let found = &d.findings[0].parameters[name];
+        assert!((found.value / truth - 1.0).abs() < 0.02, "{name}: {found:?}");
+    }
+    let fit = &d.fit.held_out["q"];
+    assert!(fit.rmse_after < 1.2 * fit.noise, "{fit:?}");
+}
+
+#[test]
+fn a_load_on_a_spring_behind_the_motor_is_a_resonance() {
     let bench = Bench {
         text: JOINT,
         amplitude: (0.5, 2.0),
@@ -403,18 +422,22 @@ force = ["tau - b*dq - 84*(q - load) - 0.2*(dq - dload)", "84*(q - load) + 0.2*(
         noise: 4e-4,
         ..ON_PENDULUM
     };
-    let (own, _) = JOINT.split_once("[mechanics]").expect("mechanics");
-    let truth =
-        Model::from_text(&format!("{own}{LOAD}"), "truth.toml").expect("the truth is right");
-    let mut recordings = bench.record(&truth, 360, 4);
-    recordings.iter_mut().for_each(|r| r.columns.retain(|c| c.name != "load"));
-    let d = diagnosed(&bench.model(), &recordings).diagnosis;
-    let found: Vec<_> = d.findings.iter().map(|f| (&*f.class, f.law.as_deref())).collect();
-    assert_eq!(found, [("hidden_resonance", Some("elastic_drive"))]);
-    for (name, truth) in [("mass", 0.19), ("frequency", (84.0f64 / 0.19).sqrt())] {
-        let found = &d.findings[0].parameters[name];
-        assert!((found.value / truth - 1.0).abs() < 0.01, "{name}: {found:?}");
-    }
-    let fit = &d.fit.held_out["q"];
-    assert!(fit.rmse_after < 1.2 * fit.noise, "{fit:?}");
+    let recordings = bench.record(&on_a_spring(0.19, 84.0, 0.2), 360, 4);
+    is_found(&bench, recordings, (0.19, 84.0));
+}
+
+/// A drive that moves slowly from step to step and rings at each: far above the frequency of its accelerations.
+#[test]
+fn a_load_on_a_spring_that_rings_at_steps_is_a_resonance() {
+    let bench = Bench {
+        text: JOINT,
+        samples: 3000,
+        amplitude: (0.5, 3.0),
+        start: 0.0,
+        step: 0.004,
+        noise: 2e-4,
+        ..ON_PENDULUM
+    };
+    let recordings = bench.record_steps(&on_a_spring(0.11, 140.0, 0.2), 361, 4, 0.5);
+    is_found(&bench, recordings, (0.11, 140.0));
 }

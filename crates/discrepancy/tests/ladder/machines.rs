@@ -5,6 +5,7 @@ use lacuna_discrepancy::{Dataset, Watch};
 use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
 use lacuna_plants::{Hold, Model, SampledInput, System, rk4, rk4_sampled};
 use lacuna_recordings::{Column, Recording};
+use rand::{Rng, RngExt};
 
 pub const PENDULUM: &str = r#"
 name = "pendulum"
@@ -191,6 +192,28 @@ impl Bench {
         self.record_late(truth, seed, runs, 0.0)
     }
 
+    /// Recordings of a drive in steps of so many seconds, each of a size and a sign of its own, that nothing smooths.
+    pub fn record_steps(
+        &self,
+        truth: &Model,
+        seed: u64,
+        runs: u64,
+        seconds: f64,
+    ) -> Vec<Recording> {
+        let one = |run| {
+            let mut rng = rng(seed, run);
+            let mut level = || {
+                let size = rng.random_range(self.amplitude.0..=self.amplitude.1);
+                if rng.random() { size } else { -size }
+            };
+            let length = (seconds / self.step).round() as usize;
+            let steps = (0..self.samples.div_ceil(length)).flat_map(|_| vec![level(); length]);
+            let commands = steps.take(self.samples).collect();
+            self.recorded(truth, run, (commands, &mut rng), 0.0)
+        };
+        (0..runs).map(one).collect()
+    }
+
     fn run(&self, truth: &Model, seed: u64, run: u64, late: f64) -> Recording {
         let mut rng = rng(seed, run);
         let ranges = SinusoidRanges {
@@ -198,9 +221,23 @@ impl Bench {
             angular_frequency: self.frequency.0..=self.frequency.1,
             phase: 0.0..=std::f64::consts::TAU,
         };
-        let time: Vec<f64> = (0..self.samples).map(|k| self.step * k as f64).collect();
         let drive = SumOfSinusoids::random(&mut rng, 1, 4, &ranges).expect("ranges");
-        let commands: Vec<f64> = drive.sample(&time).iter().map(|u| self.offset + u).collect();
+        let commands = drive.sample(&self.times()).iter().map(|u| self.offset + u).collect();
+        self.recorded(truth, run, (commands, &mut rng), late)
+    }
+
+    fn times(&self) -> Vec<f64> {
+        (0..self.samples).map(|k| self.step * k as f64).collect()
+    }
+
+    fn recorded(
+        &self,
+        truth: &Model,
+        run: u64,
+        (commands, rng): (Vec<f64>, &mut impl Rng),
+        late: f64,
+    ) -> Recording {
+        let time = self.times();
         let effective = truth.effective_inputs(&time, &commands);
         // A command that arrives late jumps between the samples of the sensors.
         let arrival: Vec<f64> = time.iter().map(|t| t + late).collect();
@@ -216,7 +253,7 @@ impl Bench {
         for channel in 0..truth.channels() {
             let state = truth.coordinate_index(channel);
             let mut values: Vec<f64> = (0..time.len()).map(|k| motion.state(k)[state]).collect();
-            add_gaussian_noise(&mut values, self.noise, &mut rng).expect("a deviation");
+            add_gaussian_noise(&mut values, self.noise, rng).expect("a deviation");
             columns.push(Column { name: truth.channel_name(channel).to_owned(), values });
         }
         Recording { name: format!("run{run}"), time, columns }
