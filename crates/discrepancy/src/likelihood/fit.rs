@@ -206,6 +206,16 @@ impl<'p> Fit<'p> {
         minimise(self.problem, h, windowed, (self.noise.clone(), steps), effort)
     }
 
+    /// Fit a special case of this hypothesis from here, in the same windows and by the same steps: what steps of other
+    /// lengths err by adds up over all samples, to more than what tells a law from its special case.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn refit_alike(&self, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {
+        let driven = (self.noise.clone(), self.substeps);
+        minimise(self.problem, h.clone(), self.kept_memory(&h), driven, effort)
+    }
+
     /// Fit the same hypothesis further, in the same windows.
     ///
     /// # Errors

@@ -49,7 +49,7 @@ impl<'p> Search<'p> {
         let mut others = siblings(fitted, self).into_iter();
         let simple = others.find(|e| e.effect.parameters.len() < fitted.effect.parameters.len())?;
         let plain = fit.hypothesis.clone().without(k);
-        fit.refit(self.with(&plain, simple), FULL).ok()
+        fit.refit_alike(self.with(&plain, simple), FULL).ok()
     }
 
     /// Effect `k` of a fit written with the other laws of its kind that are `wanted`, each at its best.

@@ -5,6 +5,7 @@ use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, FitError, Hypothesis, Pr
 use lacuna_discrepancy::search::chain::{begin, grow, lengthen};
 use lacuna_discrepancy::{Dataset, Decision};
 use lacuna_plants::model::ModelEffect;
+use lacuna_plants::{Model, Substeps};
 
 /// Errors of all parameters in units of their standard deviations, over several seeds, and the mean square residual
 /// of each fit in units of the noise.
@@ -87,6 +88,40 @@ fn an_effect_is_fitted_from_a_rough_start() {
     assert!((0.9..1.1).contains(&fit.reduced()), "{}", fit.reduced());
     // What is left is white noise of the size that was estimated.
     assert!(fit.temperature() < 3.0, "{}", fit.temperature());
+}
+
+/// A law and its special case are told apart by a few nats; what coarser steps err by adds up to more over all samples. The
+/// special case goes by the steps of the law.
+#[test]
+fn a_special_case_is_judged_by_the_same_steps() {
+    let bench = Bench { noise: 1e-4, ..ON_PENDULUM };
+    let model = bench.model();
+    let effect = |class: &str, numbers: &str| {
+        let text = format!("[[effect]]\nclass = \"{class}\"\nchannel = \"q\"\n{numbers}");
+        bench.truth(&text)
+    };
+    let truth = effect("coulomb_friction", "magnitude = 0.05\nsmoothing_velocity = 0.01");
+    let richer = effect(
+        "stribeck_friction",
+        "coulomb = 0.05\nstatic = 0.05\nstribeck_velocity = 0.1\nsmoothing_velocity = 0.01",
+    );
+    let dataset = Dataset::new(&model, &bench.record(&truth, 86, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let supposing = |m: &Model| {
+        let effect = m.effects[0].clone();
+        let scales = problem.scales_of(&effect);
+        Hypothesis::of(&model).with(effect, &scales)
+    };
+    let mut rich = Fit::begin(&problem, supposing(&richer), 0).expect("a fit");
+    rich.substeps = Substeps::even(16);
+    let rich = rich.refit_alike(rich.hypothesis.clone(), FULL).expect("a fit");
+    let squares = |fit: &Fit| fit.reduced() * fit.count as f64;
+    let own = rich.refit(supposing(&truth), FULL).expect("a fit");
+    let alike = rich.refit_alike(supposing(&truth), FULL).expect("a fit");
+    assert_eq!(alike.substeps, rich.substeps);
+    assert_ne!(own.substeps, rich.substeps);
+    let apart = (squares(&alike) - squares(&rich)).abs();
+    assert!(apart < 8.0, "{apart}; in steps of its own {}", squares(&own) - squares(&rich));
 }
 
 /// What windows say of a small effect by their linearised selves is what fits without them say.
