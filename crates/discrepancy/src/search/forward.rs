@@ -261,20 +261,24 @@ impl<'p> Search<'p> {
         grown
     }
 
-    /// Where a fit of a further effect begins: beside the parameters as they are fitted without it, and in a search
-    /// afresh, where these have taken its place as far as they could, beside those that the screening says and those
-    /// that the model was given with.
+    /// Where a fit of a further effect begins: beside all that is fitted without it; beside laws as the screening has them
+    /// with it, where there are some, since they may have taken its place as far as they could (dry friction that of a dead
+    /// zone) and both at once are far from either; and so in a search afresh, there beside what the model was given with, too.
     fn beginnings(&self, s: &Scored, base: &Hypothesis) -> Vec<Hypothesis> {
         let Term { candidate, shape } = &s.term;
         let effect = || effect_of(candidate, &s.amplitudes, shape);
-        let fitted = self.with(&beside(s, base), effect());
-        if !self.afresh {
-            return vec![fitted];
+        let mut beginnings = vec![self.with(&beside(s, base), effect())];
+        if self.afresh || !base.supposed().is_empty() {
+            let mut screened = base.clone();
+            screened.set(&s.theta);
+            beginnings.push(self.with(&screened, effect()));
         }
-        let (mut screened, mut given) = (base.clone(), base.clone());
-        screened.set(&s.theta);
-        given.parameters = self.problem.model.values();
-        vec![fitted, self.with(&screened, effect()), self.with(&given, effect())]
+        if self.afresh {
+            let mut given = base.clone();
+            given.parameters = self.problem.model.values();
+            beginnings.push(self.with(&given, effect()));
+        }
+        beginnings
     }
 
     /// The fits that succeeded; of the others it is told why.
