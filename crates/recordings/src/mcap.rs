@@ -17,6 +17,7 @@ mod message;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::File;
 use std::io::Read;
+use std::rc::Rc;
 
 use ::mcap::records::{Channel, MessageHeader, Record, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -86,7 +87,6 @@ enum Decoder {
 }
 
 /// A kind of message of a topic: what of its numbers is kept.
-#[derive(Clone)]
 struct Shape {
     /// Numbers that are wanted, and the column of each.
     slots: Vec<(usize, usize)>,
@@ -114,9 +114,9 @@ struct Topic {
     logged: Vec<i64>,
     columns: Vec<Column>,
     others: BTreeSet<String>,
-    shapes: HashMap<Vec<u8>, Shape>,
+    shapes: HashMap<Vec<u8>, Rc<Shape>>,
     /// How the message before was laid out, and its shape.
-    last: Option<(Layout, Shape)>,
+    last: Option<(Layout, Rc<Shape>)>,
 }
 
 struct Messages<'w> {
@@ -243,7 +243,11 @@ impl Messages<'_> {
         }
         let Some(shape) = topic.shapes.get(&found.shape).cloned() else { return Ok(()) };
         let kept = topic.take(&shape, |k| found.values.get(k).copied(), logged);
-        topic.last = matches!(decoder, Decoder::Ros(..)).then(|| (found.layout.clone(), shape));
+        if let Decoder::Ros(..) = decoder {
+            let mut layout = topic.last.take().map(|(before, _)| before).unwrap_or_default();
+            std::mem::swap(&mut layout, &mut found.layout);
+            topic.last = Some((layout, shape));
+        }
         self.budget.take_numbers(kept)
     }
 
@@ -404,7 +408,7 @@ impl Topic {
                 self.others.insert(name);
             }
         }
-        self.shapes.insert(shape, Shape { slots, stamp });
+        self.shapes.insert(shape, Rc::new(Shape { slots, stamp }));
     }
 
     /// Where the column of this name is; a new one misses what was before.

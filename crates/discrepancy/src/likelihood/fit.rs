@@ -201,9 +201,8 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn refit(&self, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {
-        let windowed = self.kept_memory(&h);
         let steps = self.problem.substeps(&h.parameters, &h.effects, self.noise.is_some());
-        minimise(self.problem, h, windowed, (self.noise.clone(), steps), effort)
+        self.refit_in(steps, h, effort)
     }
 
     /// Fit a special case of this hypothesis from here, in the same windows and by the same steps: what steps of other
@@ -212,8 +211,12 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn refit_alike(&self, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {
-        let driven = (self.noise.clone(), self.substeps);
-        minimise(self.problem, h.clone(), self.kept_memory(&h), driven, effort)
+        self.refit_in(self.substeps, h, effort)
+    }
+
+    fn refit_in(&self, steps: Substeps, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {
+        let windowed = self.kept_memory(&h);
+        minimise(self.problem, h, windowed, (self.noise.clone(), steps), effort)
     }
 
     /// Fit the same hypothesis further, in the same windows.

@@ -74,12 +74,15 @@ impl<'a> Predictor<'a> {
 
     /// Whether a run through some recording, from what is measured at its beginning, ends in no number.
     fn diverges(&self, substeps: Substeps) -> bool {
-        self.dataset.recordings.par_iter().any(|o| {
-            let steps = (0..o.len(), substeps);
-            let mut state = self.guess(o, 0);
-            self.run(&self.plain, &self.drive(o), steps, &mut state);
-            !state.iter().all(|x| x.is_finite())
-        })
+        let ends = |o: &Observed| self.through(o, substeps).1.iter().all(|x| x.is_finite());
+        !self.dataset.recordings.par_iter().all(ends)
+    }
+
+    /// The run through a whole recording from what is measured at its beginning, and the state in which it ends.
+    fn through(&self, observed: &Observed, substeps: Substeps) -> (Series, Vec<f64>) {
+        let mut state = self.guess(observed, 0);
+        let steps = (0..observed.len(), substeps);
+        (self.run(&self.plain, &self.drive(observed), steps, &mut state), state)
     }
 
     /// The same with given RK4 steps a sample.
@@ -324,10 +327,7 @@ impl<'a> Predictor<'a> {
         let m = self.model.input_width();
         let mut moved = observed.clone();
         observed.lost.iter().for_each(|l| moved.commands[l.row * m + l.input] += l.sd);
-        let run = |observed: &Observed| {
-            let steps = (0..observed.len(), self.integration.substeps());
-            self.run(&self.plain, &self.drive(observed), steps, &mut self.guess(observed, 0))
-        };
+        let run = |observed: &Observed| self.through(observed, self.integration.substeps()).0;
         let (here, there) = (run(observed), run(&moved));
         let squares = |k: usize| {
             let measured = observed.outputs[k].iter().zip(here[k].iter().zip(&there[k]));

@@ -263,22 +263,26 @@ impl<'p> Search<'p> {
 
     /// Where a fit of a further effect begins: beside all that is fitted without it; beside laws as the screening has them
     /// with it, where there are some, since they may have taken its place as far as they could (dry friction that of a dead
-    /// zone) and both at once are far from either; and so in a search afresh, there beside what the model was given with, too.
+    /// zone) and both at once are far from either; and so in a search afresh, there beside what the model was given with,
+    /// too. What changes a robot's structure does what wrong parameters of its links do: these have taken its place, and
+    /// stand back as the screening says.
     fn beginnings(&self, s: &Scored, base: &Hypothesis) -> Vec<Hypothesis> {
         let Term { candidate, shape } = &s.term;
-        let effect = || effect_of(candidate, &s.amplitudes, shape);
-        let mut beginnings = vec![self.with(&beside(s, base), effect())];
-        if self.afresh || !base.supposed().is_empty() {
+        let is_structure = matches!(candidate.effect.law, Law::Structure(_));
+        let mut beside = vec![];
+        if !is_structure {
+            beside.push(base.clone());
+        }
+        if is_structure || self.afresh || !base.supposed().is_empty() {
             let mut screened = base.clone();
             screened.set(&s.theta);
-            beginnings.push(self.with(&screened, effect()));
+            beside.push(screened);
         }
         if self.afresh {
-            let mut given = base.clone();
-            given.parameters = self.problem.model.values();
-            beginnings.push(self.with(&given, effect()));
+            beside.push(Hypothesis { parameters: self.problem.model.values(), ..base.clone() });
         }
-        beginnings
+        let with = |h| self.with(h, effect_of(candidate, &s.amplitudes, shape));
+        beside.iter().map(with).collect()
     }
 
     /// The fits that succeeded; of the others it is told why.
@@ -507,16 +511,6 @@ fn takes_enough(
 /// promises more, while more than noise is left.
 fn is_undervalued(s: &Scored) -> bool {
     matches!(s.term.candidate.effect.law, Law::Structure(_))
-}
-
-/// Where a fit of a further effect begins. What changes a robot's structure does what wrong parameters of
-/// its links do: as far as they could they have taken its place, and stand back as the screening says.
-fn beside(s: &Scored, base: &Hypothesis) -> Hypothesis {
-    let mut h = base.clone();
-    if let Law::Structure(_) = s.term.candidate.effect.law {
-        h.set(&s.theta);
-    }
-    h
 }
 
 /// Whether an effect is a force on a channel.

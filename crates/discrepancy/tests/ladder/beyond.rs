@@ -378,8 +378,6 @@ unit = "N m"
 name = "q"
 velocity = "dq"
 unit = "rad"
-[recordings]
-input_hold = "zero-order"
 [mechanics]
 mass = [["J"]]
 force = ["tau - b*dq"]
@@ -405,7 +403,7 @@ fn is_found(bench: &Bench, mut recordings: Vec<Recording>, (load, stiffness): (f
     assert_eq!(found, [("hidden_resonance", Some("elastic_drive"))], "{:?}", d.notes);
     for (name, truth) in [("mass", load), ("frequency", (stiffness / load).sqrt())] {
         let found = &d.findings[0].parameters[name];
-        assert!((found.value / truth - 1.0).abs() < 0.02, "{name}: {found:?}");
+        assert!((found.value / truth - 1.0).abs() < 0.01, "{name}: {found:?}");
     }
     let fit = &d.fit.held_out["q"];
     assert!(fit.rmse_after < 1.2 * fit.noise, "{fit:?}");

@@ -39,7 +39,7 @@ pub(super) struct Numbers {
 
 /// Where the numbers of a message stand, and the bytes that make another message the same in this: its representation,
 /// the lengths of its lists and texts, the names of its joints.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub(super) struct Layout {
     /// Bytes of the message.
     length: usize,
@@ -122,7 +122,7 @@ struct Walk<'s, 'd> {
     muted: bool,
 }
 
-impl Walk<'_, '_> {
+impl<'d> Walk<'_, 'd> {
     fn message(&mut self, message: usize) -> Option<()> {
         let schema = self.schema;
         let (above, outer) = (self.path.len(), self.joints.len());
@@ -170,24 +170,27 @@ impl Walk<'_, '_> {
     /// A length, of which it depends where things stand.
     fn told_length(&mut self) -> Option<usize> {
         let length = self.cursor.length()?;
-        let behind = self.cursor.head + self.cursor.at;
-        self.found.layout.tells(behind - LENGTH, behind);
+        self.tells(LENGTH);
         Some(length)
     }
 
     /// A text, whose length tells.
-    fn text(&mut self) -> Option<&[u8]> {
+    fn text(&mut self) -> Option<&'d [u8]> {
         let length = self.told_length()?;
         self.cursor.take(length)
+    }
+
+    /// So many bytes that were read last tell.
+    fn tells(&mut self, bytes: usize) {
+        let behind = self.cursor.behind();
+        self.found.layout.tells(behind - bytes, behind);
     }
 
     fn joint_names(&mut self, length: usize) -> Option<Vec<String>> {
         let mut names = Vec::new();
         for _ in 0..length {
-            let length = self.told_length()?;
-            let text = self.cursor.take(length)?;
-            let behind = self.cursor.head + self.cursor.at;
-            self.found.layout.tells(behind - length, behind);
+            let text = self.text()?;
+            self.tells(text.len());
             let text = text.strip_suffix(b"\0").unwrap_or(text);
             if !self.muted {
                 self.found.shape.extend_from_slice(&(text.len() as u32).to_le_bytes());
@@ -232,7 +235,7 @@ impl Walk<'_, '_> {
             Kind::Number(number) => {
                 let value = self.cursor.number(number)?;
                 if !self.muted && self.found.values.len() < MOST_NUMBERS {
-                    let at = self.cursor.head + self.cursor.at - number.bytes();
+                    let at = self.cursor.behind() - number.bytes();
                     self.found.layout.numbers.push((at, number));
                     self.found.values.push(value);
                     if let Some(names) = &mut self.found.names {
@@ -278,6 +281,11 @@ impl<'d> Cursor<'d> {
             other => return Err(format!("representation {other} of CDR is not read")),
         };
         Ok(Self { encoding, head: HEAD, data, at: 0, big_endian, align })
+    }
+
+    /// Bytes of the message that were read.
+    fn behind(&self) -> usize {
+        self.head + self.at
     }
 
     fn take(&mut self, bytes: usize) -> Option<&'d [u8]> {
