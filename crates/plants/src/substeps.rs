@@ -36,6 +36,12 @@ impl Substeps {
         Self { count, cut: true }
     }
 
+    /// Steps that are as short as either, and are cut where either is.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { count: self.count.max(other.count), cut: self.cut || other.cut }
+    }
+
     /// Go from `times.0` to `times.1`; how many steps were made, those that were cut among them.
     #[inline(always)]
     pub(crate) fn take(self, times: (f64, f64), stepped: &mut impl Stepped) -> usize {

@@ -12,6 +12,7 @@ use lacuna_plants::Substeps;
 use lacuna_plants::model::{ModelEffect, System};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Windows of one level with their states, recording by recording.
@@ -205,13 +206,31 @@ impl<'p> Fit<'p> {
         self.refit_in(steps, h, effort)
     }
 
-    /// Fit a special case of this hypothesis from here, in the same windows and by the same steps: what steps of other
-    /// lengths err by adds up over all samples, to more than what tells a law from its special case.
+    /// Fit a special case of this hypothesis from here, in the same windows and by the same steps: it needs no finer
+    /// ones.
     ///
     /// # Errors
     /// [`FitError`].
     pub fn refit_alike(&self, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {
         self.refit_in(self.substeps, h, effort)
+    }
+
+    /// This hypothesis without its effect `k`, fitted from here as a special case.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn without(&self, k: usize, effort: Effort) -> Result<Self, FitError> {
+        self.refit_alike(self.hypothesis.clone().without(k), effort)
+    }
+
+    /// The same hypothesis fitted on from here by such steps; as it is where they are its own, or where it has no fit
+    /// by them.
+    pub(super) fn by_steps(&self, steps: Substeps) -> Cow<'_, Self> {
+        if steps == self.substeps {
+            return Cow::Borrowed(self);
+        }
+        let fit = self.refit_in(steps, self.hypothesis.clone(), QUICK);
+        fit.map_or(Cow::Borrowed(self), Cow::Owned)
     }
 
     fn refit_in(&self, steps: Substeps, h: Hypothesis, effort: Effort) -> Result<Self, FitError> {

@@ -127,7 +127,7 @@ impl<'p> Folded<'p> {
         if said.is_some_and(|s| !s.refutes(decision, self.temperature, (ahead, least))) {
             return None;
         }
-        let without = self.fit.refit(self.fit.hypothesis.clone().without(k), QUICK).ok()?;
+        let without = self.fit.without(k, QUICK).ok()?;
         (said.is_some() || self.refuted(decision, &without, least)).then_some(without)
     }
 
@@ -194,8 +194,7 @@ impl Search<'_> {
     fn refute_each(&self, path: &mut Path, with: &mut LeftOut) -> bool {
         let (least, before) = (self.decision.prior_odds, path.named.len());
         for k in (0..path.named.len()).rev() {
-            let h = path.fit.hypothesis.clone().without(k);
-            let Ok(without) = path.fit.refit(h, FULL) else { continue };
+            let Ok(without) = path.fit.without(k, FULL) else { continue };
             let missed = path.fit.gain_over(&without) > least;
             if !missed || with.refutes(&self.decision, (&path.fit, &without), least) {
                 path.named.remove(k);

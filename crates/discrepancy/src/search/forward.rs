@@ -139,7 +139,7 @@ impl<'p> Search<'p> {
     /// optimum it was left in: what a further effect gains must not be a way out of that alone.
     fn better_without(&self, base: &Fit<'p>, with: &Fit<'p>) -> Option<Fit<'p>> {
         let last = with.hypothesis.supposed().len() - 1;
-        let without = with.refit(with.hypothesis.clone().without(last), QUICK).ok()?;
+        let without = with.without(last, QUICK).ok()?;
         let better = without.gain_over(base) > self.decision.prior_odds;
         better.then(|| chain::polish(without))
     }

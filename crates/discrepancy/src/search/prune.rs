@@ -27,8 +27,7 @@ impl<'p> Search<'p> {
     fn prune_once(&self, path: &mut Path<'p>) -> bool {
         self.watch.tell("taking each effect away");
         for k in (0..path.named.len()).rev() {
-            let without = path.fit.hypothesis.clone().without(k);
-            let Ok(fit) = path.fit.refit(without, QUICK) else { continue };
+            let Ok(fit) = path.fit.without(k, QUICK) else { continue };
             let missed = path.fit.gain_over(&fit);
             if missed < self.decision.prior_odds {
                 path.fit = fit;
@@ -63,14 +62,12 @@ impl<'p> Search<'p> {
         };
         let others = path.fit.hypothesis.clone().without_all(small.iter().copied());
         if small.len() > 1
-            && let Ok(others) = path.fit.refit(others, FULL)
+            && let Ok(others) = path.fit.refit_alike(others, FULL)
             && self.says_most(&others, &path.fit)
         {
             return false;
         }
-        let Ok(fit) = path.fit.refit(path.fit.hypothesis.clone().without(k), FULL) else {
-            return false;
-        };
+        let Ok(fit) = path.fit.without(k, FULL) else { return false };
         let drop = fit.excess() - path.fit.excess();
         let own = Candidate::of(&path.fit.hypothesis.supposed()[k]);
         let others = fit.hypothesis.supposed();
@@ -251,7 +248,7 @@ fn shares(model: &Fit, fit: &Fit, shortest: u32) -> Option<Vec<f64>> {
     let fit = fit.undriven(level, QUICK).ok()?;
     let all = model.excess() - fit.excess();
     let share = |k: usize| {
-        let without = fit.refit(fit.hypothesis.clone().without(k), QUICK);
+        let without = fit.without(k, QUICK);
         without.map_or(1.0, |without| (without.excess() - fit.excess()) / all)
     };
     let supposed = 0..fit.hypothesis.supposed().len();

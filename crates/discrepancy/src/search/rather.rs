@@ -52,7 +52,7 @@ impl<'p> Search<'p> {
             h.free.retain(|f| !matches!(f.what, What::Effect(effect, _) if effect == e));
             fit = fit.refit(h, QUICK).ok()?;
         }
-        fit.refit(fit.hypothesis.clone().without(k), FULL).ok()
+        fit.without(k, FULL).ok()
     }
 
     /// The constant force on what a sensor measures, if it may be named.

@@ -80,8 +80,7 @@ impl<'p> Search<'p> {
             return true;
         }
         let without = |k: usize| {
-            let fit = fit.refit(fit.hypothesis.clone().without(k), QUICK).ok()?;
-            Some((k, fit))
+            Some((k, fit.without(k, QUICK).ok()?))
         };
         // That without which the others do best.
         let least = (first..supposed.len()).filter_map(without);

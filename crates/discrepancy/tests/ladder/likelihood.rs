@@ -122,6 +122,8 @@ fn a_special_case_is_judged_by_the_same_steps() {
     assert_ne!(own.substeps, rich.substeps);
     let apart = (squares(&alike) - squares(&rich)).abs();
     assert!(apart < 8.0, "{apart}; in steps of its own {}", squares(&own) - squares(&rich));
+    let leads = [&alike, &own].map(|fit| rich.gain_over(fit));
+    assert!((leads[0] - leads[1]).abs() < 1.0, "{leads:?}");
 }
 
 /// What windows say of a small effect by their linearised selves is what fits without them say.
