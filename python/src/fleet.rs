@@ -67,11 +67,12 @@ pub fn fleet_diagnose(
     })
 }
 
-/// Compare all machines, write fleet.json and fleet.html to their folder, and return the first, with its words.
+/// Compare all machines, write fleet.json and fleet.html to their folder, and return the first, its words, and the page
+/// for where the machines' own are not beside it.
 #[pyfunction]
-pub fn fleet_collect(folder: PathBuf, names: Vec<String>) -> PyResult<(String, String)> {
+pub fn fleet_collect(folder: PathBuf, names: Vec<String>) -> PyResult<(String, String, String)> {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let fleet = collect(&folder, &names).map_err(told)?;
     fleet.write(&folder).map_err(told)?;
-    Ok((fleet.json().map_err(told)?, fleet.text()))
+    Ok((fleet.json().map_err(told)?, fleet.text(), fleet.page(false)))
 }

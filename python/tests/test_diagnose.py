@@ -64,7 +64,10 @@ def test_files_are_those_of_the_command(case, found, tmp_path):
     found.report(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert page.startswith("<!DOCTYPE html>") and f"lacuna.diagnose('{case.model}'" in html.unescape(page)
-    assert found._repr_html_().startswith("<iframe srcdoc=")
+    framed = html.unescape(found._repr_html_())
+    assert framed.startswith('<iframe srcdoc="<!DOCTYPE html>')
+    # Its links lead within it, not to the notebook around it.
+    assert 'href="#proof"' in framed and '<head><base href="about:srcdoc">' in framed
 
 
 @pytest.mark.parametrize("kind", ["pandas", "polars", "pyarrow", "dict"])

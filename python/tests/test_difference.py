@@ -55,6 +55,7 @@ def test_a_concealed_friction_is_named_as_the_command_names_it(both, command, tm
     found.save(tmp_path)
     assert json.loads((tmp_path / "difference.json").read_text()) == found.to_dict()
     found.report(tmp_path / "page.html")
+    assert found._repr_html_().startswith("<iframe srcdoc=")
     assert (tmp_path / "page.html").read_text() == (tmp_path / "difference.html").read_text()
 
 

@@ -82,6 +82,9 @@ def test_a_fleet_is_that_of_the_command(folder: Path, command: Any) -> None:
     assert "no dry friction on x" in fleet.unlike[ODD][0]
     assert fleet.failed == {}
     assert len(fleet.verdicts) == 7
+    # In a notebook it is its page, which leads nowhere there.
+    assert "no dry friction on x" in fleet._repr_html_() and "report.html" not in fleet._repr_html_()
+    assert "m5/report.html" in (folder / "python" / "fleet.html").read_text(encoding="utf-8")
     for name in ("fleet.json", *(f"m{k}/diagnosis.json" for k in range(7))):
         assert (folder / "python" / name).read_bytes() == (folder / "command" / name).read_bytes()
     # What Python did, the command does not do again.
@@ -93,7 +96,9 @@ def test_arrays_are_machines_too_and_a_bad_one_is_told(folder: Path, machines: d
     some = {name: machines[name] for name in ("m0", "m1")}
     some["broken"] = [{"t": np.arange(5.0), "x": np.arange(5.0)}]
     asked = {"only": ["coulomb_friction"], "out": folder / "out"}
-    fleet = lacuna.fleet.diagnose(some, folder / "drive.toml", **asked)
+    told: list[str] = []
+    fleet = lacuna.fleet.diagnose(some, folder / "drive.toml", **asked, progress=told.append)
+    assert told == [f"machines that are done: {k} of 3" for k in (1, 2, 3)]
     assert set(fleet.verdicts.values()) == {"missing_physics"}
     assert list(fleet.failed) == ["broken"]
     before = _written(folder / "out")
@@ -116,7 +121,7 @@ def test_recordings_cross_processes(machines: dict[str, Any]) -> None:
 
 
 def test_a_worker_that_is_killed_costs_nothing(folder: Path) -> None:
-    distributed = pytest.importorskip("dask.distributed")
+    distributed = pytest.importorskip("dask.distributed", reason="Dask is not installed")
     alone = lacuna.fleet.diagnose(folder / "fleet.toml", out=folder / "alone")
     out = folder / "cluster"
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
@@ -124,9 +129,13 @@ def test_a_worker_that_is_killed_costs_nothing(folder: Path) -> None:
             victim = next(iter(client.run(os.getpid).values()))
             # The first machine that is done sees to it, in the middle of the work.
             killer = subprocess.Popen([sys.executable, "-c", KILLER, str(out), str(victim), str(int(signal.SIGKILL))])
-            fleet = lacuna.fleet.diagnose(folder / "fleet.toml", client=client, out=out)
+            told: list[str] = []
+            fleet = lacuna.fleet.diagnose(folder / "fleet.toml", client=client, out=out, progress=told.append)
             assert killer.wait() == 0
+            assert told[-1] == "machines that are done: 7 of 7"
             before = _written(out)
+            with pytest.raises(ZeroDivisionError):
+                lacuna.fleet.diagnose(folder / "fleet.toml", client=client, out=out, progress=lambda _: 1 / 0)
             lacuna.fleet.diagnose(folder / "fleet.toml", client=client, out=out)
     assert _written(out) == before
     assert fleet.to_dict() == alone.to_dict()
@@ -145,7 +154,7 @@ os.kill(int(sys.argv[2]), int(sys.argv[3]))
 
 
 def test_the_module_runs_from_a_shell(folder: Path) -> None:
-    pytest.importorskip("dask.distributed")
+    pytest.importorskip("dask.distributed", reason="Dask is not installed")
     words = [sys.executable, "-m", "lacuna.fleet", "fleet.toml", "--workers", "1"]
     said = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
     assert said.returncode == 0, said.stderr

@@ -28,6 +28,7 @@ def test_a_comparison_is_the_commands(case, command, tmp_path):
     compared = lacuna.compare(case.model, augmented, case.runs[:2])
     assert compared.to_dict() == json.loads(said.stdout)
     assert repr(compared) == command(*arguments).stdout
+    assert compared._repr_html_().startswith("<iframe srcdoc=")
     compared.save(tmp_path / "b")
     for name in ("compare.json", "compare.html"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 import os
 from collections.abc import Iterable
@@ -13,6 +12,7 @@ from typing import Any
 
 from . import _lacuna
 from ._model import Model, as_model
+from ._page import framed
 from ._progress import Progress, Teller
 from ._recording import Recording, as_recordings
 
@@ -149,9 +149,7 @@ class Diagnosis:
         return self._own.summary()
 
     def _repr_html_(self) -> str:
-        page = html.escape(self._page(), quote=True)
-        style = "width: 100%; height: 48em; border: none"
-        return f'<iframe srcdoc="{page}" style="{style}" title="Lacuna\'s diagnosis"></iframe>'
+        return framed(self._page(), "Lacuna's diagnosis")
 
 
 def diagnose(

@@ -9,11 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from . import _lacuna
+from ._page import framed
 from ._recording import as_recordings
 
 
 class Difference:
-    """What the recordings of a machine and those of its simulator differ in."""
+    """What the recordings of a machine and those of its simulator differ in.
+
+    Shown in a notebook it is the page of the command, as text its summary.
+    """
 
     def __init__(self, own: _lacuna.Difference) -> None:
         self._own = own
@@ -43,6 +47,9 @@ class Difference:
 
     def __repr__(self) -> str:
         return self._own.text()
+
+    def _repr_html_(self) -> str:
+        return framed(self._own.page(), "Two sets of recordings, compared")
 
 
 def compare_runs(

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import _lacuna
 from ._model import Model, as_model
+from ._page import framed
 from ._recording import as_recordings
 
 #: Samples that estimate the initial state of a free run.
@@ -76,7 +77,10 @@ def simulate(
 
 
 class Comparison:
-    """Two models against the same recordings."""
+    """Two models against the same recordings.
+
+    Shown in a notebook it is the page of the command, as text its summary.
+    """
 
     def __init__(self, own: _lacuna.Comparison) -> None:
         self._own = own
@@ -96,6 +100,9 @@ class Comparison:
 
     def __repr__(self) -> str:
         return self._own.text()
+
+    def _repr_html_(self) -> str:
+        return framed(self._own.page(), "Two models, compared")
 
 
 def compare(

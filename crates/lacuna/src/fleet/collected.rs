@@ -174,13 +174,18 @@ impl Collected {
         })
     }
 
+    /// The page, `linked` where it stands beside the folders of the machines: it then leads to their pages.
+    pub fn page(&self, linked: bool) -> String {
+        report::fleet_page(&page(self, linked))
+    }
+
     /// Write fleet.json and fleet.html to the folder of the machines' results.
     ///
     /// # Errors
     /// The underlying error, with the path.
     pub fn write(&self, folder: &Path) -> Result<(), Box<dyn Error>> {
         let (data, html) = (folder.join("fleet.json"), folder.join("fleet.html"));
-        Ok(write_together(&[(&data, &self.json()?), (&html, &report::fleet_page(&page(self)))])?)
+        Ok(write_together(&[(&data, &self.json()?), (&html, &self.page(true))])?)
     }
 
     /// The sentence that matters.

@@ -15,7 +15,7 @@ const DRAWN: usize = 40;
 /// Standard deviations that bands and bars reach.
 const REACH: f64 = 2.0;
 
-pub(super) fn page(fleet: &Collected) -> FleetPage {
+pub(super) fn page(fleet: &Collected, linked: bool) -> FleetPage {
     let compared: Vec<&Quantity> = fleet.quantities.iter().filter(|q| q.mean.is_some()).collect();
     let mut drawn = compared.clone();
     drawn.sort_by(|a, b| least(a).total_cmp(&least(b)));
@@ -24,8 +24,8 @@ pub(super) fn page(fleet: &Collected) -> FleetPage {
     FleetPage {
         model: fleet.model().to_owned(),
         says: vec![format!("{}.", fleet.headline()), format!("{}.", fleet.verdicts())],
-        unlike: unlike(fleet),
-        machines: machines(fleet),
+        unlike: unlike(fleet, linked),
+        machines: machines(fleet, linked),
         spread: FleetTable {
             head: ["What", "Found in", "Typical", "Spread from machine to machine"]
                 .map(str::to_owned)
@@ -49,11 +49,11 @@ fn least(q: &Quantity) -> f64 {
     q.values.iter().filter_map(|v| v.p).fold(1.0, f64::min)
 }
 
-fn unlike(fleet: &Collected) -> FleetTable {
+fn unlike(fleet: &Collected, linked: bool) -> FleetTable {
     let row = |u: &super::Unlike| {
         let because: Vec<&str> = u.because.iter().map(|r| &*r.says).collect();
         let cells = vec![u.machine.clone(), because.join("; "), probability(u.p)];
-        FleetRow { link: Some(link(&u.machine)), cells }
+        FleetRow { link: linked.then(|| link(&u.machine)), cells }
     };
     FleetTable {
         head: ["Machine", "Why it is unlike the others", "Chance of that in a typical machine"]
@@ -74,7 +74,7 @@ fn probability(p: f64) -> String {
 }
 
 /// What each machine lacks: a column for every effect on every channel.
-fn machines(fleet: &Collected) -> FleetTable {
+fn machines(fleet: &Collected, linked: bool) -> FleetTable {
     let mut columns: BTreeMap<String, usize> = BTreeMap::new();
     for f in fleet.machines.iter().flat_map(|m| &m.diagnosis.findings) {
         *columns.entry(key(f)).or_default() += 1;
@@ -91,7 +91,7 @@ fn machines(fleet: &Collected) -> FleetTable {
             let told: Vec<String> = here.map(numbers).collect();
             if told.is_empty() { "-".to_owned() } else { told.join("; ") }
         }));
-        FleetRow { link: Some(link(&m.name)), cells }
+        FleetRow { link: linked.then(|| link(&m.name)), cells }
     };
     FleetTable { head, rows: fleet.machines.iter().map(row).collect() }
 }

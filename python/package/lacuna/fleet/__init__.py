@@ -15,20 +15,25 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from .. import _lacuna
 from .._lacuna import LacunaError
 from .._model import Model
+from .._page import framed
+from .._progress import Progress, Teller
 from .._recording import Recording, as_recordings
 
 __all__ = ["Fleet", "diagnose"]
 
 
 class Fleet:
-    """What `diagnose` found of all machines; as text its summary.
+    """What `diagnose` found of all machines.
+
+    Shown in a notebook it is the page of the command, as text its summary.
 
     Attributes
     ----------
@@ -36,10 +41,11 @@ class Fleet:
         Where the results are: a folder a machine, fleet.json and fleet.html.
     """
 
-    def __init__(self, folder: Path, data: str, text: str) -> None:
+    def __init__(self, folder: Path, data: str, text: str, page: str) -> None:
         self.folder = folder
         self._json = data
         self._text = text
+        self._page = page
         self._data: dict[str, Any] = json.loads(data)
 
     @property
@@ -66,6 +72,9 @@ class Fleet:
     def __repr__(self) -> str:
         return self._text
 
+    def _repr_html_(self) -> str:
+        return framed(self._page, "A fleet")
+
 
 class _Task(NamedTuple):
     """One machine, as it goes to a worker: nothing but text, numbers and arrays."""
@@ -91,6 +100,7 @@ def diagnose(
     exact: Iterable[str] = (),
     learn_remainder: bool = False,
     time_budget: float | None = None,
+    progress: Progress = None,
 ) -> Fleet:
     """Diagnose each machine of a fleet once, compare them, and write ``fleet.json`` and ``fleet.html``.
 
@@ -114,6 +124,8 @@ def diagnose(
         Folder of the results.
     exclude, only, exact, learn_remainder, time_budget
         As of `lacuna.diagnose`, where `machines` is a mapping; the file of a fleet has them as its ``[options]``.
+    progress : bool or callable, optional
+        Whether to say how many machines are done, or whom to tell; by default on terminals and in notebooks.
 
     Raises
     ------
@@ -135,13 +147,15 @@ def diagnose(
         raise LacunaError("the file of a fleet says model, held_out and options itself")
     else:
         tasks = _of_file(machines, str(folder))
-    if client is None:
-        for task in tasks:
-            _work(task)
-    else:
-        _spread(tasks, client)
-    data, text = _lacuna.fleet_collect(str(folder), [task.name for task in tasks])
-    return Fleet(folder, data, text)
+    with Teller(progress) as tell:
+        done = _counter(len(tasks), tell)
+        if client is None:
+            for task in tasks:
+                _work(task)
+                done()
+        else:
+            _spread(tasks, client, done)
+    return Fleet(folder, *_lacuna.fleet_collect(str(folder), [task.name for task in tasks]))
 
 
 def _names(names: Iterable[str]) -> list[str]:
@@ -191,12 +205,27 @@ def _work(task: _Task) -> tuple[str, str, str | None]:
     return task.name, state, error
 
 
-def _spread(tasks: list[_Task], client: Any) -> None:
+def _counter(of: int, tell: Callable[[str], Any] | None) -> Callable[[], None]:
+    """To be called whenever a machine is done: it says how many are."""
+    counted = count(1)
+
+    def done() -> None:
+        if tell is not None:
+            tell(f"machines that are done: {next(counted)} of {of}")
+
+    return done
+
+
+def _spread(tasks: list[_Task], client: Any, done: Callable[[], None]) -> None:
     """Each machine as a task of its own; what is wrong with the whole fleet is raised and calls off the rest."""
+    from dask.distributed import as_completed
+
     # Not pure: what was done before, the files say and not the scheduler.
     futures = client.map(_work, tasks, pure=False)
     try:
-        client.gather(futures)
+        for future in as_completed(futures, loop=client.loop):
+            future.result()
+            done()
     except BaseException:
         client.cancel(futures)
         raise
