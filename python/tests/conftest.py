@@ -12,6 +12,10 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--renew", action="store_true", help="write the notebooks anew, with their outputs")
+
+
 class Command:
     """The command of the same sources."""
 
