@@ -21,7 +21,7 @@
 //!
 //! Files are named by a [`RecordingSource`] (`run.csv#rows=100..40575`), read by
 //! [`read`] with the one of the [`READERS`] whose file it is, and written by [`write_csv`]; columns in memory become
-//! recordings by [`Recording::from_columns`];
+//! recordings by [`Recording::from_columns`]; of Parquet files with very many rows [`RowGroups`] reads a part at a time;
 //! [`Unit`] and [`convert`] turn what a column
 //! holds into the unit that a model expects.
 //!
@@ -64,7 +64,7 @@ mod unwrap;
 pub use crate::csv::{Csv, write_csv, write_csv_with_time};
 pub use crate::mat::Mat;
 pub use crate::mcap::Mcap;
-pub use crate::parquet::Parquet;
+pub use crate::parquet::{Parquet, RowGroups};
 pub use arrangement::arranged;
 pub use conditioning::{Cleaned, condition, conditioning_notes, in_samples};
 pub use error::RecordingError;

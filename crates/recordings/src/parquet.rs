@@ -4,6 +4,7 @@
 //! others are not touched. A null is a missing sample. A column of time that holds points in time
 //! (timestamps) is counted in seconds from the file's first row.
 
+mod groups;
 mod pages;
 mod schema;
 
@@ -25,6 +26,7 @@ use crate::memory::Budget;
 use crate::reader::{Reader, open};
 use crate::recording::{Column, Recording};
 use crate::source::{RecordingSource, Selection};
+pub use groups::RowGroups;
 use schema::Leaf;
 
 /// Rows that are decoded at once.

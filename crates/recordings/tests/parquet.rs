@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lacuna_recordings::{
-    Recording, RecordingError, RecordingSource, Wanted, read, read_log, write_csv,
+    Recording, RecordingError, RecordingSource, RowGroups, Wanted, read, read_log, write_csv,
 };
 use parquet::basic::{Compression, GzipLevel, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
@@ -335,4 +335,29 @@ fn a_page_that_says_it_is_huge_is_refused_before_it_is_unpacked() {
     assert!(fs::metadata(&path).unwrap().len() < 1_000_000);
     let error = read(&source(&path, ""), "t").unwrap_err();
     assert!(matches!(error, RecordingError::TooLarge { .. }), "{error}");
+}
+
+#[test]
+fn row_groups_are_read_one_by_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = made(&folder, Compression::SNAPPY);
+    let names = ["u", "t"].map(String::from);
+    let mut groups = RowGroups::open(&path, &names).unwrap();
+    assert_eq!(groups.count(), 3);
+    assert_eq!([0, 1, 2].map(|k| groups.rows(k)), [9000, 1, 999]);
+    // Any of them, in any order.
+    let last = groups.read(2).unwrap();
+    assert_eq!(last[1], (9001..10_000).map(time).collect::<Vec<_>>());
+    assert_eq!(last[0][0], -1e-7 * 9001.0);
+    assert_eq!(groups.read(1).unwrap()[1], [time(9000)]);
+    let mut measured = RowGroups::open(&path, &["q".to_owned()]).unwrap();
+    let values = measured.read(0).unwrap().remove(0);
+    assert!(values[3].is_nan() && values[4] == q(4));
+
+    let error = RowGroups::open(&path, &["tt".to_owned()]).err().unwrap().to_string();
+    assert!(error.contains("has no column 'tt'") && error.contains("t, q, u"), "{error}");
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let error = RowGroups::open(&path, &names).err().unwrap().to_string();
+    assert!(error.contains("run.parquet cannot be read as Parquet"), "{error}");
 }
