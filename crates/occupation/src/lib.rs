@@ -40,6 +40,7 @@
 //! | samples y, rates y', inputs u | [`Motion`] | N x n, N x n, N x m |
 //! | f_i ~ GP(0, a_0^2 K_0), g_ij ~ GP(0, a_j^2 K_j) | [`identification::RowChoice`] | n rows of 1 + m |
 //! | evidence of linear equations in closed form | [`identification::evidence`] | |
+//! | inner products of the equations of parts of the data | [`Stream`], [`Sums`] | |
 //! | standard deviations of f and g at x | [`IdentifiedModel::standard_deviations`] | n, n x m |
 //!
 //! Source: M. Abudia, T. Channagiri, J. A. Rosenfeld, R. Kamalapurkar, "Control Occupation Kernel Regression", IEEE
@@ -95,7 +96,8 @@ pub mod whitening;
 pub use functional::Functional;
 pub use gram::gram_matrix;
 pub use identification::{
-    Arguments, Family, Identification, IdentificationError, Identified, InputPath, Motion,
+    Arguments, Family, Identification, IdentificationError, Identified, InputPath, Motion, Stream,
+    Sums,
 };
 pub use identified::{
     EvaluationError, IdentifiedModel, ModelFileError, Names, SavedModelError, StandardDeviations,
@@ -110,6 +112,7 @@ pub use occupation_kernels::OccupationKernels;
 pub use quadrature::{Quadrature, QuadratureError};
 pub use regression::low_rank::{Fitted, Limits, LowRank, StreamError, Way};
 pub use regression::{FitError, Regression, WeakSystem};
+pub use sample::sample as evenly;
 pub use test_function::{InitialDerivative, TestFunction, TestFunctionError};
 pub use trajectory::{TrajectoryData, TrajectoryError};
 pub use whitening::{BandedCholesky, SymmetricBanded, WhiteningError};

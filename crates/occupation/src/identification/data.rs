@@ -86,7 +86,7 @@ impl Data {
             }
         }
         let all: Vec<f64> = windows.iter().flat_map(|w| &w.arguments).copied().collect();
-        let candidates = thin(&all, d, CANDIDATES.min(CANDIDATES_ON_A_LINE * d * d));
+        let candidates = thin(&all, d);
         let spread = spread_all[..d].to_vec();
         let narrow = ScaledKernel {
             family: Family::Gaussian,
@@ -186,7 +186,7 @@ fn is_still(centre: &[f64], spread: &[f64]) -> Option<usize> {
 }
 
 /// States z, N x (s n).
-fn states_of(smooth: &Smooth, order: usize, n: usize) -> Vec<f64> {
+pub(super) fn states_of(smooth: &Smooth, order: usize, n: usize) -> Vec<f64> {
     if order == 1 {
         return smooth.values.clone();
     }
@@ -247,8 +247,8 @@ fn cut(times: &[f64], seconds: f64) -> Vec<(usize, usize)> {
     (0..count).map(|w| (edge(w), edge(w + 1) - edge(w) + 1)).collect()
 }
 
-/// At most `most` of the rows.
-fn thin(rows: &[f64], d: usize, most: usize) -> Vec<f64> {
-    let kept = sample(rows.len() / d, most);
+/// Landmark candidates among rows of d arguments.
+pub(super) fn thin(rows: &[f64], d: usize) -> Vec<f64> {
+    let kept = sample(rows.len() / d, CANDIDATES.min(CANDIDATES_ON_A_LINE * d * d));
     kept.flat_map(|k| &rows[k * d..(k + 1) * d]).copied().collect()
 }

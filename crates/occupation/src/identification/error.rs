@@ -2,6 +2,10 @@
 
 use lacuna_recordings::SignalError;
 
+use crate::regression::FitError;
+use crate::test_function::TestFunctionError;
+use crate::trajectory::TrajectoryError;
+
 /// Data or settings from which nothing can be identified.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IdentificationError {
@@ -45,6 +49,25 @@ pub enum IdentificationError {
         /// The value.
         found: f64,
     },
+    /// Smoothed samples that make no trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+    /// A test function that does not suit a motion: it is too short.
+    #[error(transparent)]
+    TestFunction(TestFunctionError),
+    /// Equations that cannot be made or whitened.
+    #[error(transparent)]
+    Equations(FitError),
+    /// Sums, or what was chosen for them, of other data.
+    #[error("these are sums of other data: expected {expected} {what}, found {found}")]
+    OtherStream {
+        /// What there is another number of.
+        what: &'static str,
+        /// Their number here.
+        expected: usize,
+        /// Their number there.
+        found: usize,
+    },
     /// Order out of range.
     #[error("the order of the dynamics must be 1 or 2, found {found}")]
     Order {
@@ -86,4 +109,14 @@ pub enum IdentificationError {
         "the identified model's trajectories leave the data from every start; record more, or shorter windows"
     )]
     Lost,
+}
+
+impl From<FitError> for IdentificationError {
+    /// Without the index of the trajectory, which is that within a group.
+    fn from(error: FitError) -> Self {
+        match error {
+            FitError::TestFunction { source, .. } => Self::TestFunction(source),
+            other => Self::Equations(other),
+        }
+    }
 }

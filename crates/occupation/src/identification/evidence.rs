@@ -15,7 +15,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use crate::{Factor, NonPositivePivot};
 
 /// Phi^T Phi (lower triangle), Phi^T y, y . y, and the number R of equations.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Normal {
     /// Phi^T Phi: its lower triangle.
     pub gram: Mat<f64>,
@@ -75,6 +75,57 @@ impl Normal {
         self.moment.iter_mut().zip(&other.moment).for_each(|(sum, add)| *sum += add);
         self.square += other.square;
         self.equations += other.equations;
+    }
+
+    /// |y - Phi c|^2.
+    pub fn left(&self, coefficients: &[f64]) -> f64 {
+        let size = coefficients.len();
+        let column = MatRef::from_column_major_slice(coefficients, size, 1);
+        let mut lower = Mat::zeros(size, 1);
+        triangular(
+            &mut lower,
+            BlockStructure::Rectangular,
+            Accum::Replace,
+            &self.gram,
+            BlockStructure::TriangularLower,
+            column,
+            BlockStructure::Rectangular,
+            1.0,
+            Par::Seq,
+        );
+        let terms = coefficients
+            .iter()
+            .enumerate()
+            .map(|(i, c)| c * (2.0 * (lower[(i, 0)] - self.moment[i]) - self.gram[(i, i)] * c));
+        self.square + terms.sum::<f64>()
+    }
+
+    /// Appends the numbers of columns and equations, y . y, Phi^T y and the lower triangle of Phi^T Phi, row after row; all
+    /// little-endian.
+    pub fn write(&self, bytes: &mut Vec<u8>) {
+        let size = self.moment.len();
+        bytes.extend((size as u64).to_le_bytes());
+        bytes.extend((self.equations as u64).to_le_bytes());
+        let lower = (0..size).flat_map(|i| (0..=i).map(move |j| self.gram[(i, j)]));
+        let numbers = std::iter::once(self.square).chain(self.moment.iter().copied()).chain(lower);
+        numbers.for_each(|number| bytes.extend(number.to_le_bytes()));
+    }
+
+    /// What [`Normal::write`] wrote, and the bytes behind it; none where they end too soon.
+    pub fn read(bytes: &[u8]) -> Option<(Self, &[u8])> {
+        let (head, rest) = bytes.split_at_checked(16)?;
+        let [size, equations] = [0, 1].map(|k| u64::from_le_bytes(head.as_chunks::<8>().0[k]));
+        let (size, equations) = (usize::try_from(size).ok()?, usize::try_from(equations).ok()?);
+        let entries = size.checked_mul(size.checked_add(1)?)? / 2;
+        let length = entries.checked_add(size)?.checked_add(1)?.checked_mul(8)?;
+        let (numbers, rest) = rest.split_at_checked(length)?;
+        let mut numbers = numbers.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+        let square = numbers.next()?;
+        let moment: Vec<f64> = numbers.by_ref().take(size).collect();
+        let lower: Vec<f64> = numbers.collect();
+        let entry = |i: usize, j: usize| if j > i { 0.0 } else { lower[i * (i + 1) / 2 + j] };
+        let gram = Mat::from_fn(size, size, entry);
+        Some((Self { gram, moment, square, equations }, rest))
     }
 
     /// The posterior for prior standard deviations D of the coefficients and noise sigma.

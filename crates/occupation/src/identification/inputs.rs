@@ -1,6 +1,7 @@
 //! Inputs between their samples.
 
 use super::motion::{InputPath, Motion};
+use super::weak::GAUSS;
 
 /// Writes u(t) for a time in interval k, `times[k] <= t <= times[k + 1]`.
 pub(super) fn input_at(motion: &Motion, path: InputPath, k: usize, t: f64, u: &mut [f64]) {
@@ -21,6 +22,60 @@ pub(super) fn input_at(motion: &Motion, path: InputPath, k: usize, t: f64, u: &m
                 u.iter_mut().zip(row(first + l)).for_each(|(u, value)| *u += weight * value);
             }
         }
+    }
+}
+
+/// Inputs v, N x m, with which sums over samples are integrals along the path: sum_k w_k p(t_k) v_k is int p u dt for
+/// functions p that cubics through four samples follow, and quadrature weights w. Inputs that jump at the samples are
+/// otherwise half a step late.
+pub(super) fn at_samples(motion: &Motion, path: InputPath) -> Vec<f64> {
+    let (times, m) = (motion.times(), motion.input_count());
+    if path == InputPath::Smooth {
+        return motion.inputs().to_vec();
+    }
+    let mut cubic = Means::new(times.len(), m);
+    let mut linear = Means::new(times.len(), m);
+    let mut u = vec![0.0; m];
+    for (k, pair) in times.windows(2).enumerate() {
+        let (step, first) = (pair[1] - pair[0], first_of_four(k, times.len()));
+        for (node, weight) in GAUSS {
+            let t = pair[0] + node * step;
+            input_at(motion, path, k, t, &mut u);
+            for (l, share) in lagrange(&times[first..first + 4], t).into_iter().enumerate() {
+                cubic.add(first + l, weight * step * share, &u);
+            }
+            linear.add(k, weight * step * (1.0 - node), &u);
+            linear.add(k + 1, weight * step * node, &u);
+        }
+    }
+    // Where steps are very unequal a cubic's weights may cancel.
+    let means = |k: usize| {
+        if cubic.weights[k] > 0.5 * linear.weights[k] { cubic.row(k) } else { linear.row(k) }
+    };
+    (0..times.len()).flat_map(means).collect()
+}
+
+/// Weighted means of inputs at samples.
+struct Means {
+    weights: Vec<f64>,
+    /// N x m.
+    sums: Vec<f64>,
+}
+
+impl Means {
+    fn new(samples: usize, inputs: usize) -> Self {
+        Self { weights: vec![0.0; samples], sums: vec![0.0; samples * inputs] }
+    }
+
+    fn add(&mut self, k: usize, weight: f64, u: &[f64]) {
+        self.weights[k] += weight;
+        let sums = &mut self.sums[k * u.len()..(k + 1) * u.len()];
+        sums.iter_mut().zip(u).for_each(|(sum, u)| *sum += weight * u);
+    }
+
+    fn row(&self, k: usize) -> Vec<f64> {
+        let m = self.sums.len() / self.weights.len();
+        self.sums[k * m..(k + 1) * m].iter().map(|sum| sum / self.weights[k]).collect()
     }
 }
 
@@ -51,6 +106,29 @@ mod tests {
         let mut u = [0.0];
         input_at(&motion, path, (t / 0.5) as usize, t, &mut u);
         u[0]
+    }
+
+    /// int p u dt over steps of u, for a p that is zero at both ends with its slope.
+    #[test]
+    fn sums_over_samples_integrate_held_and_straight_inputs() {
+        let times: Vec<f64> = (0..41).map(|k| 0.05 * f64::from(k)).collect();
+        let inputs: Vec<f64> = (0..41).map(|k| f64::from(k * 7 % 5) - 2.0).collect();
+        let motion = Motion::new(times.clone(), vec![0.0; 41], inputs).unwrap();
+        let p = |t: f64| (t * (2.0 - t)).powi(4);
+        for path in [InputPath::Held, InputPath::Linear] {
+            let of_sums: f64 =
+                at_samples(&motion, path).iter().zip(&times).map(|(v, t)| 0.05 * v * p(*t)).sum();
+            let mut exact = 0.0;
+            for k in 0..40 {
+                for part in 0..100 {
+                    let t = times[k] + 0.05 * (f64::from(part) + 0.5) / 100.0;
+                    let mut u = [0.0];
+                    input_at(&motion, path, k, t, &mut u);
+                    exact += 0.05 / 100.0 * u[0] * p(t);
+                }
+            }
+            assert!((of_sums - exact).abs() < 2e-4, "{path:?}: {of_sums} {exact}");
+        }
     }
 
     #[test]

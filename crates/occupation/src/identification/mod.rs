@@ -13,6 +13,7 @@
 //! | coefficients, first from the weak form | `fit`, [`evidence`] | linear regression in closed form |
 //! | few features instead of every sample | `basis` | pivoted Cholesky (Nystrom) |
 //! | errors in variables, motion between samples | `flow`, `refine` | the weak form along the model's own trajectories |
+//! | any number of motions | [`Stream`] | inner products of their equations, summed over parts |
 //! | standard deviations of f and g | [`crate::Uncertainty`] | posterior of the last linearisation |
 //! | what the data cannot tell | [`report`] | inputs that do not excite, regions without data |
 
@@ -34,11 +35,13 @@ mod path;
 mod refine;
 pub mod report;
 mod smoothing;
+mod stream;
 mod table;
 mod weak;
 
 use std::sync::Arc;
 
+use faer::MatRef;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use basis::Basis;
@@ -47,6 +50,7 @@ pub use error::IdentificationError;
 pub use family::{Family, ScaledKernel};
 pub use motion::{InputPath, Motion};
 pub use report::{Report, Warning};
+pub use stream::{Stream, Sums};
 
 use crate::identified::{Expansion, IdentifiedModel, RowPosterior, TermOf, Uncertainty};
 use choice::{Alternative, Effort, Start, choose, reconsider};
@@ -54,6 +58,7 @@ use data::Data;
 use field::{Field, Term};
 use flow::{Shot, steps_for};
 use refine::{OutputNoise, Refined, Refinement};
+use report::Seen;
 use weak::WeakWindow;
 
 /// Equations on which kernels are chosen ...
@@ -66,8 +71,9 @@ const TRIAL_LANDMARKS: usize = 120;
 const FOLLOWS: f64 = 1.2;
 /// Landmarks may leave this share of the posterior standard deviation.
 const LANDMARK_SHARE: f64 = 0.01;
-/// Most landmarks of a control effectiveness: it is simpler than the drift (in mechanics it does not depend on velocities).
-const EFFECTIVENESS_LANDMARKS: usize = 80;
+/// Most landmarks of a drift and of a control effectiveness, whatever is asked for: the latter is simpler (in mechanics it
+/// does not depend on velocities).
+const TERM_LIMITS: [usize; 2] = [usize::MAX, 80];
 
 /// What f and g depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -125,11 +131,7 @@ impl Identification {
     pub fn identify(&self, motions: &[Motion]) -> Result<Identified, IdentificationError> {
         self.validate(motions)?;
         let data = Data::of(self, motions)?;
-        let (trial, windows) = self.along_trials(&data)?;
-        let chosen = self.choose(&data, &windows, Effort::THOROUGH)?;
-        let more = data.some_windows(RECONSIDERING_EQUATIONS);
-        let shots = self.refinement(&data, trial.clone(), &more).settled()?;
-        let rows = self.reconsider(&data, &trial, &shots, chosen)?;
+        let Chosen { rows, more, shots } = self.chosen(&data)?;
         let field = self.field(&data, &rows, self.most_landmarks);
         let every: Vec<usize> = (0..data.windows.len()).collect();
         let field = fit::fit(&data, &data.windows, &rows, field)?;
@@ -140,6 +142,16 @@ impl Identification {
         }
         let refined = refinement.run()?;
         Ok(self.finish(&data, &rows, &refined))
+    }
+
+    /// The priors of all functions.
+    fn chosen(&self, data: &Data) -> Result<Chosen, IdentificationError> {
+        let (trial, windows) = self.along_trials(data)?;
+        let chosen = self.choose(data, &windows, Effort::THOROUGH)?;
+        let more = data.some_windows(RECONSIDERING_EQUATIONS);
+        let shots = self.refinement(data, trial.clone(), &more).settled()?;
+        let rows = self.reconsider(data, &trial, &shots, chosen)?;
+        Ok(Chosen { rows, more, shots })
     }
 
     /// A trial model that is good enough to tell what passes between samples, and a few windows as weak equations along
@@ -251,7 +263,7 @@ impl Identification {
                 block.kernel.clone(),
                 &data.candidates,
                 share * share,
-                if b == 0 { most } else { most.min(EFFECTIVENESS_LANDMARKS) },
+                most.min(TERM_LIMITS[b.min(1)]),
             );
             Term::new(i, b, basis, block.amplitude, &data.candidates)
         };
@@ -281,35 +293,63 @@ impl Identification {
     }
 
     fn finish(&self, data: &Data, rows: &[RowChoice], refined: &Refined) -> Identified {
-        let field = &refined.field;
-        let expansion = |t: &Term| {
-            let (kernel, weights) = (&t.basis.kernel, t.weights.clone());
-            Expansion::of_landmarks(kernel, &t.basis.landmarks, weights, (t.row, t.block))
-        };
-        let expansions = field.terms.iter().map(expansion).collect();
-        let covariance = refined.posterior.factor.inverse();
+        let (field, covariance) = (&refined.field, refined.posterior.factor.inverse());
         let mut first = 0;
-        let posteriors = (0..data.dimension).map(|i| {
+        let of_row = |i: usize| {
             let terms = field.terms.iter().filter(|t| t.row == i);
-            let terms: Vec<TermOf> = terms
-                .map(|t| TermOf { block: t.block, amplitude: t.amplitude, basis: &t.basis })
-                .collect();
-            let size: usize = terms.iter().map(|t| t.basis.rank()).sum();
-            let row =
-                RowPosterior::of(&terms, covariance.as_ref().submatrix(first, first, size, size));
+            let size: usize = terms.map(|t| t.basis.rank()).sum();
+            let own = covariance.as_ref().submatrix(first, first, size, size);
             first += size;
-            row
-        });
-        let uncertainty = Uncertainty::new(posteriors.collect());
-        let model = IdentifiedModel::of_expansions(
-            self.order,
-            [data.dimension, data.inputs, data.centre.len()],
-            expansions,
-            Some(uncertainty),
-        );
-        let report = Report::of(data, rows, refined, &model);
+            own
+        };
+        let covariances: Vec<MatRef<'_, f64>> = (0..data.dimension).map(of_row).collect();
+        let shape = [data.dimension, data.inputs, data.centre.len()];
+        let model = model_of(self.order, shape, field, &covariances);
+        let noise = &refined.noise.0;
+        let seen = Seen {
+            field,
+            candidates: &data.candidates,
+            few_candidates: &data.few_candidates,
+            window_seconds: data.window_seconds,
+            windows: refined.windows.len(),
+            samples: refined.samples,
+            iterations: refined.iterations,
+            noise_sd: noise.clone(),
+            equations_sd: noise,
+        };
+        let report = Report::of(&seen, rows, &model);
         Identified { model, report }
     }
+}
+
+/// What [`Identification::chosen`] found, and the windows on which it was compared with others.
+struct Chosen {
+    rows: Vec<RowChoice>,
+    more: Vec<usize>,
+    shots: Vec<Shot>,
+}
+
+/// The model of a field and the covariances of its rows' coefficients, over the prior's standard deviations.
+fn model_of(
+    order: usize,
+    shape: [usize; 3],
+    field: &Field,
+    covariances: &[MatRef<'_, f64>],
+) -> IdentifiedModel {
+    let expansion = |t: &Term| {
+        let (kernel, weights) = (&t.basis.kernel, t.weights.clone());
+        Expansion::of_landmarks(kernel, &t.basis.landmarks, weights, (t.row, t.block))
+    };
+    let expansions = field.terms.iter().map(expansion).collect();
+    let posteriors = covariances.iter().enumerate().map(|(i, covariance)| {
+        let terms = field.terms.iter().filter(|t| t.row == i);
+        let terms: Vec<TermOf> = terms
+            .map(|t| TermOf { block: t.block, amplitude: t.amplitude, basis: &t.basis })
+            .collect();
+        RowPosterior::of(&terms, *covariance)
+    });
+    let uncertainty = Uncertainty::new(posteriors.collect());
+    IdentifiedModel::of_expansions(order, shape, expansions, Some(uncertainty))
 }
 
 /// An identified model and how it came about.

@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Data;
 use super::choice::{BlockChoice, RowChoice};
-use super::refine::Refined;
+use super::field::Field;
 use crate::identified::IdentifiedModel;
 
 /// A function is unknown at a point where its standard deviation is above this share of the prior's.
@@ -86,28 +85,38 @@ pub enum Warning {
     },
 }
 
+/// What a report is made of, besides the model.
+pub(super) struct Seen<'s> {
+    pub field: &'s Field,
+    /// Arguments of the data, rows of d, and fewer of them.
+    pub candidates: &'s [f64],
+    pub few_candidates: &'s [f64],
+    pub window_seconds: f64,
+    pub windows: usize,
+    pub samples: usize,
+    pub iterations: usize,
+    /// As of [`Report`].
+    pub noise_sd: Vec<f64>,
+    /// Noise of what the equations of each coordinate are made of.
+    pub equations_sd: &'s [f64],
+}
+
 impl Report {
-    pub(super) fn of(
-        data: &Data,
-        rows: &[RowChoice],
-        refined: &Refined,
-        model: &IdentifiedModel,
-    ) -> Self {
-        let probe = Probe::along(model, &data.few_candidates);
-        let boxed = Probe::along(model, &box_points(&data.candidates, data.centre.len()));
+    pub(super) fn of(seen: &Seen<'_>, rows: &[RowChoice], model: &IdentifiedModel) -> Self {
+        let probe = Probe::along(model, seen.few_candidates);
+        let boxed = Probe::along(model, &box_points(seen.candidates, model.arguments()));
         let mut warnings = Vec::new();
         let mut reports = Vec::new();
-        let noise = &refined.noise.0;
         for (i, row) in rows.iter().enumerate() {
             let mut blocks = Vec::new();
             for (b, choice) in row.blocks.iter().enumerate() {
                 let [rms, sd, unknown] = probe.summary(i, b);
                 warnings.extend(warning(i, b, [rms, sd, unknown], boxed.share_unknown(i, b)));
-                let term = refined.field.terms.iter().find(|t| (t.row, t.block) == (i, b));
+                let term = seen.field.terms.iter().find(|t| (t.row, t.block) == (i, b));
                 let mut choice = choice.clone();
                 choice.amplitude = term.map_or(choice.amplitude, |t| t.amplitude);
                 blocks.push(BlockReport {
-                    lambda: (noise[i] / choice.amplitude).powi(2),
+                    lambda: (seen.equations_sd[i] / choice.amplitude).powi(2),
                     choice,
                     landmarks: term.map_or(0, |t| t.basis.rank()),
                     rms,
@@ -119,11 +128,11 @@ impl Report {
         }
         Self {
             rows: reports,
-            window_seconds: data.window_seconds,
-            windows: refined.windows.len(),
-            samples: refined.samples,
-            iterations: refined.iterations,
-            noise_sd: noise.clone(),
+            window_seconds: seen.window_seconds,
+            windows: seen.windows,
+            samples: seen.samples,
+            iterations: seen.iterations,
+            noise_sd: seen.noise_sd.clone(),
             warnings,
         }
     }

@@ -10,6 +10,7 @@ use lacuna_recordings::{
     MeanPath, Prior, Samples, SharedSmoother, SignalError, estimate_noise_pooled,
 };
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::IdentificationError;
 use super::motion::Motion;
@@ -26,10 +27,19 @@ const LOWEST: f64 = 1e-4;
 const ROUNDING: f64 = 1e-8;
 
 /// What is known of one channel before anything is identified.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Channel {
     pub noise_sd: f64,
+    #[serde(with = "SavedPrior")]
     prior: Prior,
+}
+
+/// As it is saved.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Prior")]
+enum SavedPrior {
+    WhiteJerk,
+    WhiteSnap,
 }
 
 /// Motions' coordinates smoothed at their samples, and their rates and second derivatives: N x n each.

@@ -2,6 +2,7 @@
 
 mod error;
 pub mod low_rank;
+mod weak_form;
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,7 @@ use crate::test_function::{InitialDerivative, TestFunction};
 use crate::trajectory::TrajectoryData;
 use crate::whitening::SymmetricBanded;
 pub use error::FitError;
+pub(crate) use weak_form::{Equations, WeakForm};
 
 /// Settings of a regression of x^(s) = f(x) + g(x) u.
 ///
@@ -82,11 +84,12 @@ impl Regression {
     pub fn assemble(&self, trajectories: &[TrajectoryData]) -> Result<WeakSystem, FitError> {
         let first = trajectories.first().ok_or(FitError::NoTrajectory)?;
         self.validate(first)?;
+        let form = self.weak_form();
         let mut occupation = OccupationKernels::new(first.argument_count(), first.input_count());
         let (mut right_hand_sides, mut noise) = (Vec::new(), Vec::new());
         for (index, data) in trajectories.iter().enumerate() {
             check_shape(first, data, index)?;
-            let weak = self.weak_trajectory(index, data)?;
+            let weak = form.trajectory(index, data)?;
             let before = occupation.samples();
             occupation.append(data.arguments(), data.inputs(), weak.occupation);
             right_hand_sides.extend(weak.right_hand_sides);
@@ -107,55 +110,15 @@ impl Regression {
         Ok(self.kernel.validate(first.argument_count())?)
     }
 
-    fn weak_trajectory(
-        &self,
-        index: usize,
-        data: &TrajectoryData,
-    ) -> Result<WeakTrajectory, FitError> {
-        let in_trajectory = |source| FitError::TestFunction { trajectory: index, source };
-        let occupation = self
-            .test_function
-            .functionals(data.times(), self.quadrature, 0)
-            .map_err(in_trajectory)?;
-        let noise = self
-            .test_function
-            .right_hand_sides(data.times(), self.quadrature, self.order, self.initial_derivative)
-            .map_err(in_trajectory)?;
-        let known = self.known_initial_part(index, data)?;
-        let n = data.dimension();
-        let value = |a: usize, i: usize| noise[a].apply_column(data.coordinates(), n, i) - known[i];
-        let right_hand_sides = (0..noise.len() * n).map(|k| value(k / n, k % n)).collect();
-        Ok(WeakTrajectory { occupation, noise, right_hand_sides })
-    }
-
-    /// sum_{1 <= k < s} y^(k)(0) T^k / k! from given derivatives; zero where the samples, or nothing, supply them.
-    fn known_initial_part(
-        &self,
-        index: usize,
-        data: &TrajectoryData,
-    ) -> Result<Vec<f64>, FitError> {
-        let n = data.dimension();
-        let mut known = vec![0.0; n];
-        let endpoint = matches!(self.test_function, TestFunction::Endpoint { .. });
-        if !endpoint || self.order == 1 || self.initial_derivative != InitialDerivative::Given {
-            return Ok(known);
+    /// How trajectories become equations.
+    fn weak_form(&self) -> WeakForm {
+        WeakForm {
+            order: self.order,
+            test_function: self.test_function,
+            quadrature: self.quadrature,
+            initial_derivative: self.initial_derivative,
+            whiten: self.whiten,
         }
-        let derivatives = data.initial_derivatives().unwrap_or_default();
-        let expected = (self.order - 1) * n;
-        if derivatives.len() != expected {
-            return Err(FitError::InitialDerivatives {
-                trajectory: index,
-                expected,
-                found: derivatives.len(),
-            });
-        }
-        let duration = data.times()[data.samples() - 1] - data.times()[0];
-        let mut taylor = 1.0;
-        for (k, derivative) in derivatives.chunks_exact(n).enumerate() {
-            taylor *= duration / (k + 1) as f64;
-            known.iter_mut().zip(derivative).for_each(|(sum, value)| *sum += taylor * value);
-        }
-        Ok(known)
     }
 }
 
@@ -173,15 +136,6 @@ fn check_shape(
 fn check_lambda(lambda: f64) -> Result<(), FitError> {
     let positive = lambda > 0.0 && lambda.is_finite();
     if positive { Ok(()) } else { Err(FitError::Lambda { found: lambda }) }
-}
-
-struct WeakTrajectory {
-    /// phi w: what the occupation kernels integrate with.
-    occupation: Vec<crate::Functional>,
-    /// What the right-hand sides do to the samples of a coordinate, and so to its noise.
-    noise: Vec<crate::Functional>,
-    /// Functionals x n.
-    right_hand_sides: Vec<f64>,
 }
 
 impl WeakSystem {

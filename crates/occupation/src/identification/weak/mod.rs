@@ -33,4 +33,5 @@ mod window;
 pub(super) use integral::Reflection;
 pub(super) use reduction::Reduction;
 pub(crate) use row::{Remainders, WeakRow};
+pub(super) use window::GAUSS;
 pub(crate) use window::{WeakWindow, shares_within};

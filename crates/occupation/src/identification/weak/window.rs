@@ -8,7 +8,7 @@ use super::super::motion::{InputPath, Motion};
 
 /// Nodes and weights of the Gauss-Legendre rule of four points on \[0, 1\], exact to degree 7: a cubic times a cubic
 /// times (t - r).
-const GAUSS: [(f64, f64); 4] = [
+pub(in crate::identification) const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
     (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),

@@ -25,12 +25,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{FitError, Regression, check_lambda, check_shape};
+use super::{Equations, FitError, Regression, check_lambda, check_shape};
 use crate::identified::IdentifiedModel;
-use crate::occupation_kernels::OccupationKernels;
 use crate::sample::{GOLDEN, sample};
 use crate::trajectory::TrajectoryData;
-use crate::whitening::BandedCholesky;
 use landmarks::Landmarks;
 use normal::{Normal, Rows};
 
@@ -172,10 +170,11 @@ impl Regression {
         if count > most {
             return Ok(None);
         }
+        let form = self.weak_form();
         let (mut all, mut functionals) = (Vec::new(), 0);
         for k in 0..count {
             let data = get(k)?;
-            functionals += self.weak_trajectory(k, &data)?.noise.len();
+            functionals += form.trajectory(k, &data)?.noise.len();
             if functionals > most {
                 return Ok(None);
             }
@@ -216,24 +215,17 @@ impl Regression {
         get: &impl Fn(usize) -> Result<TrajectoryData, StreamError<E>>,
         landmarks: &Landmarks,
     ) -> Result<Rows, StreamError<E>> {
-        let (d, m) = (first.argument_count(), first.input_count());
-        let mut occupation = OccupationKernels::new(d, m);
-        let (mut right, mut whiteners) = (Vec::new(), Vec::new());
+        let shape = [first.dimension(), first.input_count(), first.argument_count()];
+        let (form, mut equations) = (self.weak_form(), Equations::new(shape));
         for k in group {
             let data = get(k)?;
             check_shape(first, &data, k)?;
-            let weak = self.weak_trajectory(k, &data)?;
-            if self.whiten {
-                let whitener =
-                    BandedCholesky::of_functionals(&weak.noise).map_err(FitError::from)?;
-                whiteners.push(whitener);
-            }
-            occupation.append(data.arguments(), data.inputs(), weak.occupation);
-            right.extend(weak.right_hand_sides);
+            equations.append(&form, k, &data)?;
         }
-        let mut rows = Rows::new(landmarks.features_of(&occupation), right);
-        rows.whiten(&whiteners).map_err(FitError::from)?;
-        Ok(rows)
+        let mut features = landmarks.features_of(&equations.occupation);
+        equations.whiten(&mut features).map_err(FitError::from)?;
+        let right = equations.right_hand_sides().map_err(FitError::from)?;
+        Ok(Rows { features, right })
     }
 }
 

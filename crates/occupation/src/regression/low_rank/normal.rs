@@ -9,42 +9,16 @@ use super::{LowRank, Way};
 use crate::identified::{Expansion, IdentifiedModel, SavedExpansion};
 use crate::linear::{NonPositivePivot, solve_positive_definite};
 use crate::regression::{FitError, Regression, check_finite};
-use crate::whitening::{BandedCholesky, WhiteningError};
 
 /// Rows and columns of a part of F^T F that one thread sums.
 const TILE: usize = 384;
 /// Points at which two answers are compared.
 const COMPARED: usize = 500;
 
-/// Some rows of F and Y.
+/// Some rows of F and Y, whitened.
 pub(super) struct Rows {
-    features: Mat<f64>,
-    right: Mat<f64>,
-}
-
-impl Rows {
-    /// `right` is row-major.
-    pub fn new(features: Mat<f64>, right: Vec<f64>) -> Self {
-        let count = features.nrows();
-        let n = right.len() / count.max(1);
-        Self { features, right: Mat::from_fn(count, n, |a, i| right[a * n + i]) }
-    }
-
-    /// Whitens the rows of one trajectory after the other.
-    pub fn whiten(&mut self, whiteners: &[BandedCholesky]) -> Result<(), WhiteningError> {
-        let mut first = 0;
-        for whitener in whiteners {
-            let range = first..first + whitener.size();
-            for matrix in [&mut self.features, &mut self.right] {
-                for c in 0..matrix.ncols() {
-                    whitener
-                        .solve_lower_in_place(&mut matrix.col_as_slice_mut(c)[range.clone()])?;
-                }
-            }
-            first = range.end;
-        }
-        Ok(())
-    }
+    pub features: Mat<f64>,
+    pub right: Mat<f64>,
 }
 
 /// F^T F, in tiles of its lower triangle, and F^T Y.
