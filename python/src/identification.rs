@@ -51,13 +51,11 @@ pub fn identify(
     let motions =
         trajectories.iter().map(|given| settings.motion(given)).collect::<PyResult<Vec<_>>>()?;
     let found = py.detach(|| identification.identify(&motions)).map_err(told)?;
-    let names = settings.names(identification.input_path);
-    let report = serde_json::to_string(&found.report).map_err(told)?;
-    Ok(Identified { model: found.model.with_names(names.clone()), names, report })
+    Identified::of(found, settings.names(identification.input_path))
 }
 
 impl Settings {
-    fn identification(&self) -> PyResult<Identification> {
+    pub fn identification(&self) -> PyResult<Identification> {
         let mut identification =
             Identification::new(self.order, Arguments::State, input_path(&self.input_path)?);
         if let Some(kernel) = &self.kernel {
@@ -87,7 +85,7 @@ impl Settings {
         }
     }
 
-    fn names(&self, input_path: InputPath) -> Names {
+    pub fn names(&self, input_path: InputPath) -> Names {
         let coordinates = self.coordinates.clone();
         let rate = |i: usize| self.rates.as_ref().map(|rates| rates[i].clone());
         let rates: Vec<Option<String>> = (0..coordinates.len()).map(rate).collect();
@@ -103,6 +101,14 @@ impl Settings {
             time: "t".to_owned(),
             input_path,
         }
+    }
+}
+
+impl Identified {
+    /// A model with the names of what it was identified from.
+    pub fn of(found: lacuna::occupation::Identified, names: Names) -> PyResult<Self> {
+        let report = serde_json::to_string(&found.report).map_err(told)?;
+        Ok(Self { model: found.model.with_names(names.clone()), names, report })
     }
 }
 

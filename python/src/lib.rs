@@ -8,6 +8,7 @@
 //! | `simulate`, `compare`, `check` | `runs` | [`lacuna::simulation`], [`lacuna::comparison`], [`lacuna::check`] |
 //! | `compare_runs` | `difference` | [`lacuna::difference`] |
 //! | `fleet` | `fleet` | [`lacuna::fleet`] |
+//! | `fleet.identify` | `stream` | [`lacuna::trajectories`], [`lacuna::occupation::Stream`] |
 //! | `Model.from_fmu` | `fmu` | [`lacuna::fmu`] |
 //! | `Identifier` | `identification` | [`lacuna::occupation`] |
 //!
@@ -23,6 +24,7 @@ mod identification;
 mod model;
 mod recording;
 mod runs;
+mod stream;
 mod waiting;
 
 use pyo3::prelude::*;
@@ -48,4 +50,6 @@ mod _lacuna {
     use crate::recording::Recording;
     #[pymodule_export]
     use crate::runs::{Comparison, check, compare, simulate};
+    #[pymodule_export]
+    use crate::stream::{Stream, Sums, Trajectories};
 }

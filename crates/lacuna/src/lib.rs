@@ -25,7 +25,7 @@
 //! | pictures and words | [`report`] |
 //!
 //! What its commands do stands in [`models`], [`check`], [`simulation`], [`comparison`], [`diagnosed`],
-//! [`identification`], [`difference`] and [`fleet`]: the
+//! [`identification`], [`difference`], [`fleet`] and [`trajectories`]: the
 //! `lacuna` command and the Python package are thin layers on these. A model that is no text but
 //! code, such as a closure, is built with [`plants::Model::builder`] and diagnosed with
 //! [`discrepancy::diagnose::diagnose`]: `examples/closure.rs` goes all the way.
@@ -40,6 +40,7 @@ pub mod identification;
 pub mod models;
 pub mod simulation;
 pub mod table;
+pub mod trajectories;
 
 pub use lacuna_charts as charts;
 pub use lacuna_control as control;

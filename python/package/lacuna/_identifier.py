@@ -117,25 +117,33 @@ class Identifier:
                 f"order {self.order}"
             )
         called = names or [f"x{i}" for i in range(n)] + [f"dx{i}" for i in range(columns - n)]
-        self._identified = _lacuna.identify(
-            {
-                "order": self.order,
-                "input_path": self.input_hold,
-                "kernel": self.kernel,
-                "widths": None if self.widths is None else list(self.widths),
-                "lambda": self.regularisation,
-                "window": self.window,
-                "most_landmarks": self.most_landmarks,
-                "coordinates": called[:n],
-                "rates": called[n:] if self.rates else None,
-                "inputs": _names_of(U[0] if _is_several(U) else U) or [f"u{j}" for j in range(inputs)],
-            },
-            trajectories,
-        )
-        self.n_features_in_ = columns
-        self.n_inputs_ = inputs
-        if names is not None:
-            self.feature_names_in_ = np.asarray(names, dtype=object)
+        driven = _names_of(U[0] if _is_several(U) else U) or [f"u{j}" for j in range(inputs)]
+        identified = _lacuna.identify(self._settings(called, driven), trajectories)
+        return self._of(identified, called, driven, named=names is not None)
+
+    def _settings(self, columns: list[str], inputs: list[str]) -> dict[str, Any]:
+        """How to identify from columns of these names: coordinates, with `rates` their rates behind them, and inputs."""
+        n = len(columns) // 2 if self.rates else len(columns)
+        return {
+            "order": self.order,
+            "input_path": self.input_hold,
+            "kernel": self.kernel,
+            "widths": None if self.widths is None else list(self.widths),
+            "lambda": self.regularisation,
+            "window": self.window,
+            "most_landmarks": self.most_landmarks,
+            "coordinates": columns[:n],
+            "rates": columns[n:] if self.rates else None,
+            "inputs": inputs,
+        }
+
+    def _of(self, identified: _lacuna.Identified, columns: list[str], inputs: list[str], named: bool) -> Identifier:
+        """Fitted: with a model that was identified from columns of these names, which are the data's own if `named`."""
+        self._identified = identified
+        self.n_features_in_ = len(columns)
+        self.n_inputs_ = len(inputs)
+        if named:
+            self.feature_names_in_ = np.asarray(columns, dtype=object)
         elif hasattr(self, "feature_names_in_"):
             del self.feature_names_in_
         return self

@@ -1,4 +1,7 @@
-"""Many machines with one model, on one machine or on a cluster.
+"""Many machines, trajectories or trials, on one machine or on a cluster.
+
+`diagnose` has many machines with one model, `identify` more trajectories of one machine than fit into memory, `study` many
+trials of one experiment.
 
 >>> from dask.distributed import Client, LocalCluster                                     # doctest: +SKIP
 >>> client = Client(LocalCluster(n_workers=4, threads_per_worker=1))                      # doctest: +SKIP
@@ -26,8 +29,10 @@ from .._model import Model
 from .._page import framed
 from .._progress import Progress, Teller
 from .._recording import Recording, as_recordings
+from ._identify import identify
+from ._study import study
 
-__all__ = ["Fleet", "diagnose"]
+__all__ = ["Fleet", "diagnose", "identify", "study"]
 
 
 class Fleet:
