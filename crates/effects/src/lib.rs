@@ -79,6 +79,7 @@ mod sensor_bias;
 mod sensor_dead_zone;
 mod sensor_delay;
 mod sensor_scale;
+pub mod servo;
 mod sine;
 mod size;
 mod spill;

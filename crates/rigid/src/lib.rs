@@ -44,7 +44,9 @@ pub use dynamics::{Dynamics, Room};
 pub use inertia::{Inertia, InertialParameters};
 pub use joints::{JointKind, Mimic, Several};
 pub use motion::Motion;
-pub use robot::{Coupling, Format, Link, Moves, Robot, RobotError, RobotJoint};
+pub use robot::{
+    Coupling, Format, Link, Moves, PositionServo, Robot, RobotError, RobotJoint, ServoDamping,
+};
 pub use tree::{Body, Joint, Tree};
 
 /// Gravity where nothing else is said, m/s^2, in the frame of the root.

@@ -133,8 +133,41 @@ pub struct RobotJoint {
     pub stiffness: f64,
     /// The coordinate where that spring is at rest.
     pub spring_reference: f64,
+    /// The position servo that the file has drive it.
+    pub servo: Option<PositionServo>,
     /// Where it stands in the file.
     pub line: u32,
+}
+
+/// A position servo as a file states it, on the side of its joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionServo {
+    /// Torque per error of the joint's coordinate, N m/rad or N/m.
+    pub gain: f64,
+    /// What holds it back from moving.
+    pub damping: ServoDamping,
+    /// The most torque that it has, N m or N.
+    pub limit: Option<f64>,
+}
+
+/// How a file states the damping of a servo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ServoDamping {
+    /// By itself, N m s/rad or N s/m.
+    Of(f64),
+    /// As a share of that with which what the joint moves would not ring.
+    Ratio(f64),
+}
+
+impl PositionServo {
+    /// Its damping where the joint moves this inertia, kg m^2 or kg.
+    #[must_use]
+    pub fn damping(&self, inertia: f64) -> f64 {
+        match self.damping {
+            ServoDamping::Of(damping) => damping,
+            ServoDamping::Ratio(ratio) => 2.0 * ratio * (self.gain * inertia).sqrt(),
+        }
+    }
 }
 
 /// What a joint holds together.
@@ -280,6 +313,7 @@ impl RobotJoint {
             armature: 0.0,
             stiffness: 0.0,
             spring_reference: 0.0,
+            servo: None,
             line,
         }
     }

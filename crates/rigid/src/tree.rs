@@ -3,7 +3,7 @@
 mod making;
 
 use crate::algebra::Pose;
-use crate::{Dynamics, Inertia, InertialParameters, JointKind, Room};
+use crate::{Dynamics, Inertia, InertialParameters, JointKind, PositionServo, Room};
 use lacuna_numbers::Number;
 
 /// A joint of a tree: it is at `ratio q + offset`, q being a coordinate of the tree.
@@ -33,6 +33,8 @@ pub struct Joint {
     pub stiffness: f64,
     /// Where that spring is at rest.
     pub spring_reference: f64,
+    /// The position servo that the file has drive it.
+    pub servo: Option<PositionServo>,
     /// The line where the file says so.
     pub line: u32,
 }

@@ -1,6 +1,7 @@
-//! Dynamics as expressions of a model file, compiled to register programs.
+//! Dynamics as expressions of a model file, compiled to register programs, and what servos add to their forces.
 
-use super::{Bound, BoundDynamics, Dynamics, Room, Sizes};
+use super::servo::BoundServo;
+use super::{Bound, BoundDynamics, Dynamics, Point, Room, SERVO, Servo, Sizes};
 use crate::expression::{self, Graph, NodeId, Program};
 use lacuna_numbers::{Dual, Number};
 use std::sync::Arc;
@@ -19,10 +20,13 @@ pub(crate) struct Nodes {
 }
 
 /// Compiled expressions, parameters free.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Equations {
     rates: Program,
     outputs: Program,
+    /// Parameters that expressions may name.
+    named: usize,
+    servos: Vec<Servo>,
     sizes: Sizes,
 }
 
@@ -31,13 +35,26 @@ impl Equations {
     pub fn compile(nodes: &Nodes, sizes: Sizes) -> Self {
         let rates: Vec<_> = nodes.mass.iter().chain(&nodes.force).copied().collect();
         let program = |of: &[NodeId]| Program::compile(&nodes.graph, sizes.parameters, of);
-        Self { rates: program(&rates), outputs: program(&nodes.outputs), sizes }
+        let (rates, outputs) = (program(&rates), program(&nodes.outputs));
+        Self { rates, outputs, named: sizes.parameters, servos: vec![], sizes }
+    }
+
+    /// The same with servos, whose forces add to those of the expressions.
+    pub fn with_servos(mut self, servos: Vec<Servo>) -> Self {
+        self.sizes.parameters += servos.iter().map(|s| s.parameters()).sum::<usize>();
+        Self { servos, ..self }
     }
 
     fn bound<T: Number>(&self, parameters: &[T]) -> Bound<T> {
+        let (own, left_out) = parameters.split_at(self.sizes.parameters);
+        let (named, of_servos) = own.split_at(self.named);
+        // What is left out of servos is the last.
+        let left_out = &left_out[left_out.len().saturating_sub(SERVO * self.servos.len())..];
         Arc::new(BoundEquations {
-            rates: (self.rates.clone(), self.rates.bind(parameters)),
-            outputs: (self.outputs.clone(), self.outputs.bind(parameters)),
+            rates: (self.rates.clone(), self.rates.bind(named)),
+            outputs: (self.outputs.clone(), self.outputs.bind(named)),
+            servos: Servo::bound(&self.servos, of_servos, left_out),
+            sizes: self.sizes,
         })
     }
 }
@@ -49,6 +66,10 @@ impl Dynamics for Equations {
 
     fn outputs(&self) -> usize {
         self.outputs.outputs()
+    }
+
+    fn servos(&self) -> &[Servo] {
+        &self.servos
     }
 
     fn bind(&self, parameters: &[f64]) -> Bound {
@@ -65,6 +86,23 @@ impl Dynamics for Equations {
 struct BoundEquations<T> {
     rates: (Program, expression::Bound<T>),
     outputs: (Program, expression::Bound<T>),
+    servos: Vec<BoundServo<T>>,
+    sizes: Sizes,
+}
+
+impl<T: Number> BoundEquations<T> {
+    /// Add the forces of the servos.
+    #[inline(always)]
+    fn drive(&self, variables: &[T], rates: &mut [T]) {
+        if self.servos.is_empty() {
+            return;
+        }
+        let at = Point::new(self.sizes, &[], variables);
+        let force = &mut rates[self.sizes.coordinates * self.sizes.coordinates..];
+        for servo in &self.servos {
+            force[servo.coordinate] = force[servo.coordinate] + servo.force(&at);
+        }
+    }
 }
 
 impl<T: Number> BoundDynamics<T> for BoundEquations<T> {
@@ -75,10 +113,12 @@ impl<T: Number> BoundDynamics<T> for BoundEquations<T> {
     #[inline(always)]
     fn evaluate(&self, room: &mut Room<T>, variables: &[T], rates: &mut [T]) {
         self.rates.0.evaluate_in(&mut room.numbers, variables, rates);
+        self.drive(variables, rates);
     }
 
     fn evaluate_once(&self, variables: &[T], rates: &mut [T]) {
         self.rates.0.evaluate(&self.rates.1, variables, rates);
+        self.drive(variables, rates);
     }
 
     fn observe(&self, variables: &[T], outputs: &mut [T]) {

@@ -36,6 +36,7 @@ mod exact;
 mod fmu;
 mod implicit;
 mod robot;
+mod servo;
 
 pub(crate) use closure::{Mechanics, Rates};
 pub use differences::{Differences, Simulator};
@@ -44,6 +45,7 @@ pub use exact::{Exact, GenericSimulator};
 pub(crate) use fmu::Unit;
 pub use implicit::{Implicit, ImplicitRoom};
 pub(crate) use robot::{PARTS, Part, RobotDynamics};
+pub use servo::{SERVO, Servo};
 
 use crate::model::Step;
 use lacuna_numbers::{Dual, LANES, Number};
@@ -140,6 +142,12 @@ pub trait Dynamics: Debug + Send + Sync {
     /// ([`StructureLaw`](lacuna_effects::StructureLaw)): those of each body, then those of the base.
     fn tree(&self) -> Option<&Tree> {
         None
+    }
+
+    /// The position servos that drive it. Their parameters are the last, and what the model leaves out of them
+    /// ([`SERVO`]) may stand behind all else.
+    fn servos(&self) -> &[Servo] {
+        &[]
     }
 
     /// Set the parameters, of [`Sizes::parameters`] values, and the numbers of its structure, if there are

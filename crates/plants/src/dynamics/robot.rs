@@ -7,11 +7,13 @@
 //! with M and h of [`lacuna_rigid`], and what the file states of each joint: damping d, friction f, rotor inertia
 //! J, stiffness k of a spring that is at rest at q_0. What a joint that follows another states acts on the
 //! coordinate of that, by its ratio once as a force and once more by how far and how fast the joint goes.
-//! Parameters are, body by body, the ten of its inertia and d, f, J and k; behind them may stand what the
-//! model leaves out of its structure ([`Dynamics::tree`]).
+//! Parameters are, body by body, the ten of its inertia and d, f, J and k, then those of the position servos
+//! ([`Servo`]), whose input is a position: of it they make u. Behind them may stand what the model leaves out of
+//! its structure ([`Dynamics::tree`]) and of its servos.
 
-use super::{Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Point, Room, Sizes};
-use lacuna_effects::law::BODY;
+use super::servo::BoundServo;
+use super::{Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Point, Room, Servo, Sizes};
+use lacuna_effects::law::{BODY, TILT};
 use lacuna_numbers::{Dual, Number};
 use lacuna_rigid::{Inertia, InertialParameters, Joint, Tree};
 use std::sync::Arc;
@@ -59,11 +61,17 @@ pub(crate) struct RobotDynamics {
     tree: Arc<Tree>,
     /// m/s^2, in the root's frame.
     gravity: [f64; 3],
+    servos: Vec<Servo>,
 }
 
 impl RobotDynamics {
     pub fn new(tree: Arc<Tree>, gravity: [f64; 3]) -> Self {
-        Self { tree, gravity }
+        Self { tree, gravity, servos: vec![] }
+    }
+
+    /// The same with servos in the place of some inputs: of each coordinate it is the input of its number.
+    pub fn with_servos(self, servos: Vec<Servo>) -> Self {
+        Self { servos, ..self }
     }
 
     /// The values of [`PARTS`] of every body.
@@ -78,7 +86,14 @@ impl RobotDynamics {
     }
 
     fn bound<T: Number>(&self, parameters: &[T]) -> Bound<T> {
-        let (parameters, structure) = parameters.split_at(self.sizes().parameters);
+        let (parameters, left_out) = parameters.split_at(self.sizes().parameters);
+        let (parameters, of_servos) = parameters.split_at(PARTS.len() * self.tree.bodies.len());
+        let (structure, of_servos_left_out) =
+            left_out.split_at(left_out.len().min(BODY * self.tree.bodies.len() + TILT));
+        let mut servos = vec![None; self.tree.coordinates()];
+        for servo in Servo::bound(&self.servos, of_servos, of_servos_left_out) {
+            servos[servo.coordinate] = Some(servo);
+        }
         let bodies = self.tree.bodies.iter().zip(parameters.as_chunks::<{ PARTS.len() }>().0);
         let bodies = bodies.map(|(body, values)| {
             let &[mass, x, y, z, xx, xy, xz, yy, yz, zz, damping, friction, armature, stiffness] =
@@ -95,6 +110,7 @@ impl RobotDynamics {
             changing: vec![],
             inertia,
             joints,
+            servos,
             gravity: self.gravity.map(T::constant),
         };
         bound.change(structure);
@@ -106,7 +122,9 @@ impl RobotDynamics {
 impl Dynamics for RobotDynamics {
     fn sizes(&self) -> Sizes {
         let (n, bodies) = (self.tree.coordinates(), self.tree.bodies.len());
-        Sizes { parameters: PARTS.len() * bodies, coordinates: n, states: 0, inputs: n }
+        let of_servos: usize = self.servos.iter().map(|s| s.parameters()).sum();
+        let parameters = PARTS.len() * bodies + of_servos;
+        Sizes { parameters, coordinates: n, states: 0, inputs: n }
     }
 
     fn shares_derivatives(&self) -> bool {
@@ -115,6 +133,10 @@ impl Dynamics for RobotDynamics {
 
     fn tree(&self) -> Option<&Tree> {
         Some(&self.tree)
+    }
+
+    fn servos(&self) -> &[Servo] {
+        &self.servos
     }
 
     fn bind(&self, parameters: &[f64]) -> Bound {
@@ -135,6 +157,8 @@ struct BoundRobot<T> {
     /// The bodies whose inertia carries derivatives.
     changing: Vec<usize>,
     joints: Vec<Motor<T>>,
+    /// Of each coordinate that has one.
+    servos: Vec<Option<BoundServo<T>>>,
     /// m/s^2, in the root's frame.
     gravity: [T; 3],
 }
@@ -201,10 +225,23 @@ impl<T: Number> Motor<T> {
 
 /// What drives coordinates less h, which stands in `force`.
 #[inline(always)]
-fn drive<T: Number>(inputs: &[T], force: &mut [T]) {
-    for (force, input) in force.iter_mut().zip(inputs) {
+fn drive<T: Number>(
+    servos: impl IntoIterator<Item = Option<BoundServo<T>>>,
+    at: &Point<T>,
+    force: &mut [T],
+) {
+    for ((force, input), servo) in force.iter_mut().zip(at.inputs).zip(servos) {
         T::by_itself();
-        *force = *input - *force;
+        *force = driven(servo, *input, at) - *force;
+    }
+}
+
+/// What drives a coordinate: its input, or what its servo makes of that.
+#[inline(always)]
+fn driven<T: Number>(servo: Option<BoundServo<T>>, input: T, at: &Point<T>) -> T {
+    match servo {
+        Some(servo) => servo.force(at),
+        None => input,
     }
 }
 
@@ -257,7 +294,7 @@ impl<T: Number> BoundDynamics<T> for BoundRobot<T> {
         dynamics.place(bodies, at.coordinates);
         dynamics.mass_matrix(bodies, mass);
         dynamics.inverse(bodies, (at.velocities, still), force);
-        drive(at.inputs, force);
+        drive(self.servos.iter().copied(), &at, force);
         for (body, motor) in self.tree.bodies.iter().zip(&self.joints) {
             motor.act(&body.joint, &at, (mass, force));
         }
@@ -306,7 +343,7 @@ impl<T: Number> pulp::WithSimd for Values<'_, T> {
         let (mass, force) = rates.split_at_mut(n * n);
         let moving = (at.coordinates, at.velocities);
         robot.plain().mass_and_bias(&mut room.motion, moving, mass, force);
-        drive(at.inputs, force);
+        drive(robot.servos.iter().map(|s| s.map(|s| s.value())), &at, force);
         for (body, motor) in robot.tree.bodies.iter().zip(&robot.joints) {
             motor.value().act(&body.joint, &at, (mass, force));
         }
@@ -362,7 +399,10 @@ impl<T: Number> pulp::WithSimd for Derive<'_, T> {
             dynamics.hold_up(&room.motion, robot.gravity, forces);
         }
         let (by_q, by_v) = (room.by_coordinates.chunks(n), room.by_velocities.chunks(n));
-        for ((force, input), (by_q, by_v)) in forces.iter_mut().zip(at.inputs).zip(by_q.zip(by_v)) {
+        let inputs = at.inputs.iter().zip(&robot.servos);
+        for ((force, (input, servo)), (by_q, by_v)) in
+            forces.iter_mut().zip(inputs).zip(by_q.zip(by_v))
+        {
             let mut taken = *force;
             for (q, slope) in at.coordinates.iter().zip(by_q) {
                 taken = taken + *q * *slope;
@@ -370,7 +410,7 @@ impl<T: Number> pulp::WithSimd for Derive<'_, T> {
             for (v, slope) in at.velocities.iter().zip(by_v) {
                 taken = taken + *v * *slope;
             }
-            *force = *input - taken;
+            *force = driven(*servo, *input, &at) - taken;
         }
         for (body, motor) in robot.tree.bodies.iter().zip(&robot.joints) {
             let (joint, c) = (&body.joint, body.joint.coordinate);

@@ -78,6 +78,8 @@ struct Source {
     robot: Option<RobotFile>,
     /// The FMU, where the model names one.
     fmu: Option<PathBuf>,
+    /// Whether the text says no more than the robot's own file, which was read in its place.
+    alone: bool,
 }
 
 /// A recorded signal that drives the machine.

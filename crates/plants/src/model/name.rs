@@ -47,7 +47,8 @@ fn is_word(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && name.chars().all(within)
 }
 
-fn unlike(name: &str, taken: &[String]) -> Result<(), NameError> {
+/// That nothing else has a name.
+pub(super) fn unlike(name: &str, taken: &[String]) -> Result<(), NameError> {
     if taken.iter().any(|t| t == name) {
         return Err(NameError::Twice { name: name.to_owned() });
     }

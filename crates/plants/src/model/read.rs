@@ -1,5 +1,6 @@
 //! From the text of a model file to a [`Model`], every mistake with its place.
 
+mod actuator;
 mod channel;
 mod define;
 mod effect;
@@ -16,6 +17,7 @@ use super::{
 use crate::Hold;
 use crate::dynamics::{Equations, Nodes, Sizes};
 use crate::expression::{FORCE_ON, Graph, NodeId, parse};
+use actuator::RawActuator;
 use define::Definitions;
 use effect::RawEffect;
 use fmu::RawFmu;
@@ -47,6 +49,8 @@ struct File {
     mechanics: Option<RawMechanics>,
     #[serde(default)]
     state: Vec<RawState>,
+    #[serde(default)]
+    actuator: Vec<Spanned<RawActuator>>,
     #[serde(default)]
     effect: Vec<Spanned<RawEffect>>,
     #[serde(default)]
@@ -303,6 +307,7 @@ impl Reader<'_> {
         if nodes.graph.nodes().len() > LARGEST {
             return Err(self.whole("the model's expressions hold more than 60 000 operations"));
         }
+        let equations = Equations::compile(&nodes, names.sizes);
         let state =
             |s: &RawState| Quantity { name: s.name.get_ref().clone(), unit: s.unit.clone() };
         let mut model = Model {
@@ -316,15 +321,19 @@ impl Reader<'_> {
             time_column: raw.recordings.time,
             hold: raw.recordings.input_hold,
             assumptions: vec![],
-            dynamics: Arc::new(Equations::compile(&nodes, names.sizes)),
+            dynamics: Arc::new(equations.clone()),
             source: Some(Arc::new(Source {
                 file: self.file.to_owned(),
                 text: self.text.to_owned(),
                 robot: None,
                 fmu: None,
+                alone: false,
             })),
         };
         self.check_force_units(&model, &raw.coordinate)?;
+        self.actuators(&raw.actuator, &mut model, None, |servos| {
+            Arc::new(equations.with_servos(servos))
+        })?;
         for e in &raw.effect {
             let effect = self.effect(e, &model)?;
             model.effects.push(effect);

@@ -2,7 +2,7 @@
 //! ([`crate::dynamics::Dynamics::tree`]).
 
 use super::{Direction, Model, ModelEffect};
-use crate::dynamics::felt;
+use crate::dynamics::{SERVO, felt};
 use lacuna_effects::law::{BODY, TILT};
 use lacuna_effects::{Acts, AnyStructureLaw, BASE, Effect, Law, StructureLawIn};
 use lacuna_numbers::{Dual, Number};
@@ -60,21 +60,23 @@ impl Model {
     /// Where the numbers of an effect on structure stand among the parameters of the dynamics.
     #[must_use]
     pub fn structure_of(&self, acts: Acts, channel: usize) -> Range<usize> {
-        let end = self.structure_end();
+        let begin = self.dynamics.sizes().parameters;
         match acts {
-            Acts::Base => end - TILT..end,
-            _ => {
-                let begin = self.dynamics.sizes().parameters + BODY * channel;
-                begin..begin + BODY
-            }
+            Acts::Base => self.base()..self.base() + TILT,
+            _ => begin + BODY * channel..begin + BODY * (channel + 1),
         }
     }
 
-    /// Length of the dynamics' parameters with their structure.
+    /// Where the numbers of the base stand.
+    fn base(&self) -> usize {
+        let bodies = self.dynamics.tree().map_or(0, |tree| tree.bodies.len());
+        self.dynamics.sizes().parameters + BODY * bodies
+    }
+
+    /// Length of the dynamics' parameters with their structure, and with what is left out of their servos.
     #[must_use]
     pub fn structure_end(&self) -> usize {
-        let bodies = self.dynamics.tree().map_or(0, |tree| tree.bodies.len());
-        self.dynamics.sizes().parameters + BODY * bodies + TILT
+        self.base() + TILT + SERVO * self.dynamics.servos().len()
     }
 
     /// Coordinates whose forces an effect on structure changes along a given motion: the joints between a link

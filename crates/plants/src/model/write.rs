@@ -120,9 +120,23 @@ impl Model {
         augmentation: &Augmentation,
     ) -> Result<(), ModelError> {
         for (name, new, std) in &augmentation.parameters {
-            self.declare(document, name);
-            if let Some(entry) = document["parameters"].get_mut(name) {
+            if let Some(entry) = of_actuator(document, name) {
                 self.calibrate(entry, name, (*new, *std));
+                continue;
+            }
+            self.declare(document, name);
+            let elsewhere = document.contains_key("actuator");
+            let own = document["parameters"].as_table_like_mut();
+            match own.and_then(|table| table.get_mut(name)) {
+                Some(entry) => self.calibrate(entry, name, (*new, *std)),
+                None if elsewhere => {
+                    let message =
+                        "actuators must be written as [[actuator]] tables, so that their \
+                        parameters can be calibrated"
+                            .to_owned();
+                    return Err(ModelError { file: file.to_owned(), place: None, message });
+                }
+                None => {}
             }
         }
         let effects = document.entry("effect").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
@@ -170,6 +184,18 @@ impl Model {
         }
         entry["calibrated_std"] = value(factor.abs() * std);
     }
+}
+
+/// The entry of an `[[actuator]]` that is a parameter, `elbow.kp`, unless `[parameters]` has it.
+fn of_actuator<'d>(document: &'d mut DocumentMut, name: &str) -> Option<&'d mut Item> {
+    let (channel, key) = name.rsplit_once('.')?;
+    let parameters = document.get("parameters").and_then(Item::as_table_like);
+    if parameters.is_some_and(|table| table.contains_key(name)) {
+        return None;
+    }
+    let mut tables = document.get_mut("actuator")?.as_array_of_tables_mut()?.iter_mut();
+    let is_of = |t: &&mut Table| t.get("channel").and_then(Item::as_str) == Some(channel);
+    tables.find(is_of)?.get_mut(key)
 }
 
 /// A parameter as a model file says it.

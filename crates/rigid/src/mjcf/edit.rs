@@ -158,8 +158,7 @@ fn gain(
     says: &str,
 ) -> Result<(), Unstated> {
     let defaults = Defaults::read(root)?;
-    let drives =
-        |e: &Element| ["joint", "jointinparent"].iter().any(|name| e.get(name) == Some(joint));
+    let drives = |e: &Element| actuators::driven(*e) == Some(joint);
     let all = root.children("actuator").flat_map(Element::elements).filter(drives);
     let all = all.collect::<Vec<_>>();
     if all.is_empty() {

@@ -42,6 +42,7 @@ pub(super) fn read(
         armature: part.positive("armature")?,
         stiffness,
         spring_reference: spring_reference * angle,
+        servo: None,
         line: part.own.line(),
     };
     match moves {

@@ -1,6 +1,7 @@
 //! Robots from MJCF files, the XML of MuJoCo: bodies and their joints with all that `<default>` classes and
 //! `<compiler>` say of them, and inertia from `<inertial>` or from the shapes of `<geom>`s. What is seen
-//! and touched, sensors and how actuators are controlled are passed over, and no other file is opened.
+//! and touched, sensors, and how actuators are controlled other than by position are passed over, and no other file is
+//! opened.
 //!
 //! | in the file | in the [`Robot`] |
 //! | --- | --- |
@@ -14,6 +15,7 @@
 //! | else `<equality>`, springs and dampers of `<tendon>`s | a [`Coupling`](crate::Coupling) |
 //! | `<option gravity>` | [`Robot::gravity`], 0 0 -9.81 where nothing is said |
 //! | an `<actuator>`'s `armature`, `damping` | the joint's, by the square of the `gear` |
+//! | a `<position>` that alone drives a joint, or a `<general>` that is one | its [`PositionServo`](crate::PositionServo), for models whose input is the commanded position |
 //! | else `<actuator>` | nothing: a joint's input is its torque or force, behind any gear or controller |
 //!
 //! Joints and bodies without names are `joint0`, `body1`, ... by MuJoCo's numbers. Stops (`range`) and

@@ -194,8 +194,16 @@ impl Growing<'_> {
             Some(b) => self.bodies[b].link_pose.then(&place),
             None => place,
         };
-        let RobotJoint { damping, friction, armature, stiffness, spring_reference, line, .. } =
-            *joint;
+        let RobotJoint {
+            damping,
+            friction,
+            armature,
+            stiffness,
+            spring_reference,
+            servo,
+            line,
+            ..
+        } = *joint;
         let aligned = Pose { rotation: from_z(axis), translation: joint.anchor };
         let joint = Joint {
             name: name.to_owned(),
@@ -210,6 +218,7 @@ impl Growing<'_> {
             armature,
             stiffness,
             spring_reference,
+            servo,
             line,
         };
         self.bodies.push(Making {

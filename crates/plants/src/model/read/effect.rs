@@ -41,17 +41,18 @@ impl Reader<'_> {
         raw: &Spanned<RawEffect>,
         model: &Model,
     ) -> Result<ModelEffect, ModelError> {
-        raw.get_ref()
-            .effect(model)
-            .map_err(|m| self.error(m.span.unwrap_or_else(|| self.header(raw.span())), m.message))
+        raw.get_ref().effect(model).map_err(|m| {
+            let whole = || self.header(raw.span(), "[[effect]]");
+            self.error(m.span.unwrap_or_else(whole), m.message)
+        })
     }
 
-    /// The `[[effect]]` line of a table's span, which may cover only its entries.
-    fn header(&self, span: Range<usize>) -> Range<usize> {
+    /// The line with which a table of a list begins, of its span, which may cover only its entries.
+    pub(super) fn header(&self, span: Range<usize>, line: &str) -> Range<usize> {
         let before = &self.text[..span.start.min(self.text.len())];
-        match before.rfind("[[effect]]") {
-            Some(at) if !self.text[span.clone()].starts_with("[[effect]]") => at..at + 10,
-            _ => span.start..span.start + 10,
+        match before.rfind(line) {
+            Some(at) if !self.text[span.clone()].starts_with(line) => at..at + line.len(),
+            _ => span.start..span.start + line.len(),
         }
     }
 }

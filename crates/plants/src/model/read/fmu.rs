@@ -74,6 +74,7 @@ impl Reader<'_> {
                 text: self.text.to_owned(),
                 robot: None,
                 fmu: Some(path),
+                alone: false,
             })),
         };
         self.beside_fmu(raw, d, &mut model)?;

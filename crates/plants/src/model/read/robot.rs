@@ -1,11 +1,13 @@
 //! `[robot]`: a model whose equations of motion are those of a robot's own file.
 
+use super::actuator::OfFile;
 use super::{File, RawInput, Reader};
 use crate::dynamics::{Dynamics, PARTS, Part, RobotDynamics, felt};
 use crate::model::{
     Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, RecordedInput,
     RobotFile, Source, Uncertainty, quoted,
 };
+use lacuna_effects::servo;
 use lacuna_rigid::{GRAVITY, Joint, JointKind, Robot, RobotError, Tree};
 use serde::Deserialize;
 use std::io;
@@ -58,6 +60,41 @@ pub(super) fn about(path: &Path, text: &str) -> Option<String> {
         .then(|| format!("name = {}\n\n[robot]\nfile = {}\n", quoted(stem), quoted(name)))
 }
 
+impl Model {
+    /// Whether a robot's own file was read that has position servos drive joints.
+    #[must_use]
+    pub fn has_servos_of_file(&self) -> bool {
+        self.servos_of_file().next().is_some()
+    }
+
+    /// Joints, by their numbers and names, that the robot's own file has servos drive; none where a model file
+    /// stands beside it, which says what is commanded.
+    fn servos_of_file(&self) -> impl Iterator<Item = (usize, &str)> {
+        let alone = self.source.as_ref().is_some_and(|source| source.alone);
+        let tree = self.dynamics.tree().filter(|_| alone);
+        let joints = tree.into_iter().flat_map(Tree::joints).enumerate();
+        joints.filter(|(_, joint)| joint.servo.is_some()).map(|(c, joint)| (c, &*joint.name))
+    }
+
+    /// The model for recordings with these columns. Where a robot's own file was read, a joint that it has a
+    /// position servo drive follows the command of that where the columns hold this (`elbow_command`) and no torque
+    /// (`elbow_torque`).
+    ///
+    /// # Errors
+    /// [`ModelError`] where two things would have one name.
+    pub fn driven_by(self, columns: &[String]) -> Result<Self, ModelError> {
+        let has = |name: &str| columns.iter().any(|column| column == name);
+        let commanded = |(c, joint): &(usize, &str)| {
+            has(&servo::command_of(joint)) && !has(&self.inputs[*c].name)
+        };
+        let joints: Vec<&str> =
+            self.servos_of_file().filter(commanded).map(|(_, joint)| joint).collect();
+        let (Some(source), false) = (&self.source, joints.is_empty()) else { return Ok(self) };
+        let robot = source.robot.as_ref().map(|own| &*own.text);
+        Reader { text: &source.text, file: &source.file, robot }.with_servos(&joints)
+    }
+}
+
 impl Reader<'_> {
     pub(super) fn robot(&self, raw: &File, table: &Spanned<RawRobot>) -> Result<Model, ModelError> {
         self.check_alone(raw, table.span(), "[robot] says how all joints move")?;
@@ -70,7 +107,7 @@ impl Reader<'_> {
         if let Some(g) = robot.gravity.as_ref().filter(|_| gravity.iter().any(|g| !g.is_finite())) {
             return Err(self.error(g.span(), "gravity must be finite".to_owned()));
         }
-        let dynamics = RobotDynamics::new(tree.clone(), gravity);
+        let dynamics = Arc::new(RobotDynamics::new(tree.clone(), gravity));
         let parameters = self.robot_parameters(&tree, &robot.tolerance, &dynamics)?;
         let mut model = Model {
             name: raw.name.clone(),
@@ -83,14 +120,18 @@ impl Reader<'_> {
             time_column: raw.recordings.time.clone(),
             hold: raw.recordings.input_hold,
             assumptions: vec![],
-            dynamics: Arc::new(dynamics),
+            dynamics,
             source: Some(Arc::new(Source {
                 file: self.file.to_owned(),
                 text: self.text.to_owned(),
                 robot: Some(own),
                 fmu: None,
+                alone: self.robot.is_some(),
             })),
         };
+        self.actuators(&raw.actuator, &mut model, Some(&servos(&tree)), |servos| {
+            Arc::new(RobotDynamics::new(tree.clone(), gravity).with_servos(servos))
+        })?;
         self.override_parameters(raw, &mut model)?;
         assume_rotors(&mut model, &tree);
         self.override_inputs(&raw.input, &mut model)?;
@@ -107,6 +148,17 @@ impl Reader<'_> {
         Ok(model)
     }
 
+    /// A model file, or what stands for one, with servos of these joints.
+    fn with_servos(&self, joints: &[&str]) -> Result<Model, ModelError> {
+        let table = |joint: &&str| {
+            let (template, channel) = (quoted(servo::TEMPLATE), quoted(joint));
+            format!("\n[[actuator]]\ntemplate = {template}\nchannel = {channel}\n")
+        };
+        let tables: String = joints.iter().map(table).collect();
+        let reader = Reader { text: &format!("{}{tables}", self.text), ..*self };
+        reader.model(reader.file()?)
+    }
+
     /// A robot's own file, or an FMU, is all that moves.
     pub(super) fn check_alone(
         &self,
@@ -119,6 +171,7 @@ impl Reader<'_> {
             ("[[state]]", !raw.state.is_empty()),
             ("[mechanics]", raw.mechanics.is_some()),
             ("[define]", !raw.define.is_empty()),
+            ("[[actuator]]", !raw.actuator.is_empty() && raw.fmu.is_some()),
             ("[fmu]", raw.fmu.is_some() && raw.robot.is_some()),
         ];
         match others.iter().find(|(_, there)| *there) {
@@ -295,6 +348,15 @@ impl Reader<'_> {
             text: text.clone(),
         })
     }
+}
+
+/// What its file states of the servo of each coordinate.
+fn servos(tree: &Tree) -> Vec<Option<OfFile>> {
+    let stated = |(joint, inertia): (&Joint, f64)| {
+        let servo = joint.servo?;
+        Some(OfFile { gain: servo.gain, damping: servo.damping(inertia), limit: servo.limit })
+    };
+    tree.joints().zip(tree.moved()).map(stated).collect()
 }
 
 /// What is wrong with a robot's own file, as that of a model.

@@ -48,7 +48,7 @@ impl Given {
 }
 
 /// The number of `unit` in one of what is `written`, or why there is none.
-fn factor(written: &str, unit: &str) -> Result<f64, String> {
+pub(super) fn factor(written: &str, unit: &str) -> Result<f64, String> {
     if same_unit(written, unit) {
         return Ok(1.0);
     }
