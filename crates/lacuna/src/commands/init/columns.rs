@@ -1,5 +1,6 @@
 //! Which columns of a recording are a robot's channels.
 
+use lacuna::effects::servo;
 use lacuna::plants::model::{Coordinate, RecordedInput};
 use lacuna::recordings::Recording;
 use lacuna::rigid;
@@ -18,6 +19,21 @@ const VELOCITY: [(&str, Option<&str>); 5] =
 const DRIVE: [(&str, Option<&str>); 5] =
     [("torque", None), ("force", None), ("effort", None), ("tau", None), ("trq", None)];
 
+const COMMAND: [(&str, Option<&str>); 12] = [
+    ("command", None),
+    ("cmd", None),
+    ("qcmd", None),
+    ("commanded", None),
+    ("goal", None),
+    ("target", None),
+    ("desired", None),
+    ("setpoint", None),
+    ("reference", None),
+    ("commanddeg", Some("deg")),
+    ("cmddeg", Some("deg")),
+    ("goaldeg", Some("deg")),
+];
+
 /// A column that is a channel.
 pub(super) struct Found {
     pub channel: String,
@@ -33,6 +49,19 @@ pub(super) struct Joint {
     position: Found,
     velocity: Found,
     pub drive: Found,
+    /// What its servo is, where it is told where to be and no torque is recorded.
+    pub servo: Option<Gains>,
+    /// Units of its force and its coordinate.
+    pub units: (String, String),
+}
+
+/// Where the gains of a joint's servo stand.
+#[derive(Clone, Copy)]
+pub(super) enum Gains {
+    /// In the robot's file.
+    OfFile,
+    /// Nowhere.
+    Unknown,
 }
 
 impl Joint {
@@ -43,8 +72,19 @@ impl Joint {
         };
         let position = found(coordinate.name, &POSITION, &coordinate.unit);
         let velocity = found(coordinate.velocity, &VELOCITY, &format!("{}/s", coordinate.unit));
-        let drive = found(input.name, &DRIVE, &input.unit);
-        Self { name: joint.name.clone(), of: joint.of.clone(), position, velocity, drive }
+        let torque = found(input.name, &DRIVE, &input.unit);
+        let command = found(servo::command_of(&joint.name), &COMMAND, &coordinate.unit);
+        let is_commanded = torque.column.is_none() && command.column.is_some();
+        let gains = if joint.servo.is_some() { Gains::OfFile } else { Gains::Unknown };
+        Self {
+            name: joint.name.clone(),
+            of: joint.of.clone(),
+            position,
+            velocity,
+            drive: if is_commanded { command } else { torque },
+            servo: is_commanded.then_some(gains),
+            units: (coordinate.force_unit.unwrap_or_default(), coordinate.unit),
+        }
     }
 
     pub fn channels(&self) -> [&Found; 3] {

@@ -5,7 +5,8 @@ mod columns;
 use super::Outcome;
 use crate::say::sayln;
 use clap::Args;
-use columns::{Found, Joint};
+use columns::{Found, Gains, Joint};
+use lacuna::effects::{Dimension, Parameter, servo};
 use lacuna::files::write_whole;
 use lacuna::plants::model::quoted;
 use lacuna::recordings::{self, Recording, RecordingSource};
@@ -105,7 +106,28 @@ fn text(robot_file: &Path, out: &Path, (robot, time): (&Robot, &str), joints: &[
     }
     text += &format!("\n[recordings]\ntime = {}\n", quoted(time));
     text += "input_hold = \"zero-order\"   # or \"linear\", \"band-limited\"\n";
-    text + &measurements(joints)
+    text + &joints.iter().map(actuator).collect::<String>() + &measurements(joints)
+}
+
+/// The servo of a joint that is told where to be.
+fn actuator(joint: &Joint) -> String {
+    let Some(gains) = joint.servo else { return String::new() };
+    let unit = |of: Dimension| quoted(&of.text(&joint.units.0, &joint.units.1, ""));
+    let number = |p: Parameter, how_sure: &str| {
+        format!("# {} = {{ value = ..., unit = {}{how_sure} }}\n", p.name, unit(p.unit))
+    };
+    let (template, channel) = (quoted(servo::TEMPLATE), quoted(&joint.name));
+    let mut text = format!("\n[[actuator]]\ntemplate = {template}\nchannel = {channel}\n");
+    text += match gains {
+        Gains::OfFile => {
+            "# Its gains are those of the robot's file, known exactly unless they are said here:\n"
+        }
+        Gains::Unknown => "# The robot's file has no gains: say them.\n",
+    };
+    text += &number(servo::GAIN, ", tolerance = 0.2");
+    text += &number(servo::DAMPING, ", tolerance = 0.5");
+    text += &number(servo::SATURATION, "");
+    text + &number(servo::BACKLASH, "")
 }
 
 /// What is held still: joints that are not in the recording, and single coordinates of one of several that is.
@@ -150,6 +172,13 @@ fn tell(out: &Path, recording: &Recording, joints: &[Joint]) -> std::io::Result<
         let told = |c: &Found| c.column.as_ref().map(|column| format!("{} = {column}", c.channel));
         let said: Vec<String> = joint.channels().into_iter().filter_map(told).collect();
         sayln!("  {}: {}", joint.name, said.join(", "))?;
+        match joint.servo {
+            Some(Gains::OfFile) => sayln!("    a servo, with the gains of the robot's file")?,
+            Some(Gains::Unknown) => {
+                sayln!("    a servo, of whose gains the robot's file says nothing: say kp and kd")?;
+            }
+            None => {}
+        }
         if joint.drive.column.is_none() {
             sayln!(
                 "    no column of {}: without a motor add one of zeros, or lock the joint",
