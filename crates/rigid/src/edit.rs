@@ -10,6 +10,7 @@
 //! | inertia of a link | its `<inertial>` | its `<inertial>`, which then counts in the place of its geoms |
 //! | gravity | - | `<option gravity>` |
 //! | gain of a motor | - | `gear` of the `<motor>`s of the joint |
+//! | gains of a position servo | - | `kp`, `kv`, `forcerange` of the `<position>` of the joint |
 
 use crate::xml::{Element, Source, comment};
 use crate::{Format, Inertia, Robot, RobotError, mjcf, read, urdf};
@@ -34,6 +35,9 @@ pub enum Change {
     Gravity([f64; 3]),
     /// What the motors of a joint make of their commands is multiplied by this.
     Gain(String, f64),
+    /// The position servo of a joint, on its side: its gain (N m/rad or N/m), its damping (N m s/rad or N s/m) and
+    /// the most torque or force that it has, if that is limited.
+    Servo(String, [f64; 2], Option<f64>),
 }
 
 /// A change and what the comment beside it says.
@@ -72,6 +76,9 @@ pub enum Unstated {
     /// What drives the joint is more than a gain, or has a rotor or damper that the gain would change.
     #[error("no plain <motor> drives the joint")]
     NoMotor,
+    /// The file has another servo, or none.
+    #[error("no <position> alone drives the joint")]
+    NoServo,
     /// What the file says cannot be read.
     #[error(transparent)]
     Unreadable(#[from] RobotError),

@@ -214,6 +214,38 @@ fn what_a_format_cannot_say_is_left_out_and_told() {
     assert_eq!(edited.left_out, [(0, Unstated::FromGeoms)]);
 }
 
+/// A servo's numbers are told on its joint's side, and stand in the file on that of its gear.
+#[test]
+fn a_servo_is_that_of_its_position_actuator() {
+    let servo = |text: &str| {
+        let robot = read(text).expect("a robot");
+        robot.joint("elbow").and_then(|joint| joint.servo)
+    };
+    let own = "<position joint=\"elbow\" kp=\"3\" armature=\"0.001\" gear=\"10\"/>";
+    let with = |actuator: &str| MJCF.replace(own, actuator);
+    let change = [Change::Servo("elbow".into(), [50.0, 2.0], Some(6.0))];
+    let geared =
+        "<position joint=\"elbow\" kp=\"10\" dampratio=\"1\" gear=\"2\" forcerange=\"-2 2\"/>";
+    let (edited, _) = written(&with(geared), &change);
+    assert!(edited.left_out.is_empty(), "{:?}", edited.left_out);
+    assert!(!edited.text.contains("dampratio"), "{}", edited.text);
+    let found = servo(&edited.text).expect("a servo");
+    assert_eq!((found.gain, found.damping(9.0), found.limit), (50.0, 2.0, Some(6.0)));
+    // Nothing else is a place for it.
+    for other in [
+        "<motor joint=\"elbow\"/>",
+        "<general joint=\"elbow\" biastype=\"affine\" \
+        gainprm=\"9\" biasprm=\"0 -9 0\"/>",
+        "",
+    ] {
+        let text = with(other);
+        let (edited, _) = written(&text, &change);
+        assert_eq!((edited.left_out, edited.text), (vec![(0, Unstated::NoServo)], text));
+    }
+    let (edited, _) = written(URDF, &change);
+    assert_eq!(edited.left_out, [(0, Unstated::NoPlace(Format::Urdf))]);
+}
+
 /// Another folder's file finds meshes by their address alone.
 #[test]
 fn a_file_that_names_others_says_so() {

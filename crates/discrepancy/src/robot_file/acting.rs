@@ -114,6 +114,12 @@ impl Sum {
 
     /// `0.43 +- 0.02 N m s/rad, was 0 (viscous_friction, probability 98 %)`.
     pub fn says(&self, was: f64, unit: &str) -> String {
+        self.says_of(Some(was), unit)
+    }
+
+    /// The same of what may not have been there.
+    pub fn says_of(&self, was: Option<f64>, unit: &str) -> String {
+        let was = was.map_or_else(|| "not stated".to_owned(), |was| was.to_string());
         let estimate = with_std(self.value, self.variance.sqrt(), unit).replace('±', "+-");
         let by = self.by.join("; ");
         let by = if by.is_empty() { by } else { format!(" ({by})") };

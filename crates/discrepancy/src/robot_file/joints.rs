@@ -2,15 +2,15 @@
 
 use super::Planned;
 use super::acting::{Acting, Known, Sum};
-use lacuna_effects::Quantity;
+use lacuna_effects::{Parameter, Quantity, servo};
 use lacuna_plants::Model;
 use lacuna_plants::model::BodyParameters;
-use lacuna_rigid::Joint;
 use lacuna_rigid::edit::Change;
+use lacuna_rigid::{Joint, ServoDamping};
 
 pub(super) fn changes(
     joint: &Joint,
-    known: &BodyParameters<Known>,
+    (known, all): (&BodyParameters<Known>, &[Known]),
     acting: &[Acting],
     model: &Model,
 ) -> Vec<Planned> {
@@ -31,6 +31,7 @@ pub(super) fn changes(
         plain(Quantity::RotorInertia, "rotor inertia", rotor, joint.armature, Change::Armature),
         spring(joint, &known.stiffness, acting),
         gain(joint, acting, model),
+        servo(joint, all),
     ]
     .into_iter()
     .flatten()
@@ -69,6 +70,52 @@ fn spring(joint: &Joint, own: &Known, acting: &[Acting]) -> Option<Planned> {
     }
     says += &format!("; at rest at {reference:.4} {of_angle}");
     Some(planned(reference, "stiffness", says))
+}
+
+/// A number of the servo of a joint.
+pub(super) fn of_servo<'k, 'm>(
+    joint: &Joint,
+    all: &'k [Known<'m>],
+    number: &Parameter,
+) -> Option<&'k Known<'m>> {
+    let name = format!("{}.{}", joint.name, number.name);
+    all.iter().find(|known| known.parameter.name == name)
+}
+
+/// A servo whose numbers are others than the file's; a file that states its damping as a share of another number
+/// states none.
+fn servo(joint: &Joint, all: &[Known]) -> Option<Planned> {
+    let number = |number: &Parameter| of_servo(joint, all, number);
+    let (gain, damping) = (number(&servo::GAIN)?, number(&servo::DAMPING)?);
+    let limit = number(&servo::SATURATION);
+    let stated = joint.servo.map(|s| match s.damping {
+        ServoDamping::Of(damping) => (s.gain, damping, s.limit),
+        ServoDamping::Ratio(_) => (s.gain, damping.parameter.value, s.limit),
+    });
+    let own = |known: &Known| known.parameter.value;
+    let (was_gain, was_damping, was_limit) =
+        stated.unwrap_or((own(gain), own(damping), limit.map(own)));
+    let mut says = vec![];
+    let mut compare = |known: &Known, was: Option<f64>| {
+        if Some(known.value) != was {
+            let sum = Sum::new(known.value, known.std);
+            let key = known.parameter.name.rsplit('.').next().unwrap_or_default();
+            says.push(format!("{key} {}", sum.says_of(was, &known.parameter.unit)));
+        }
+    };
+    compare(gain, Some(was_gain));
+    compare(damping, Some(was_damping));
+    if let Some(limit) = limit {
+        compare(limit, was_limit);
+    }
+    let change =
+        Change::Servo(joint.name.clone(), [gain.value, damping.value], limit.map(|l| l.value));
+    (!says.is_empty()).then(|| Planned {
+        change,
+        what: "servo",
+        of: of(joint),
+        says: says.join(", "),
+    })
 }
 
 /// Motors drive joints in their order.

@@ -11,12 +11,14 @@ mod joints;
 mod structure;
 
 use crate::diagnosis::Finding;
+use crate::number::with_std;
 use crate::words::numbers;
 use acting::Acting;
+use lacuna_effects::servo;
 use lacuna_plants::Model;
 use lacuna_plants::model::{Augmentation, RobotFile};
 use lacuna_rigid::edit::{Change, Edit, Edited, Unstated, edit, headed};
-use lacuna_rigid::{Format, RobotError};
+use lacuna_rigid::{Format, Joint, RobotError, Tree};
 
 /// A robot's own file with what was found.
 #[derive(Clone, Debug)]
@@ -74,6 +76,7 @@ pub fn augmented(
             LeftOut { what: format!("{what} {of}"), details: format!("{says}: {why}") }
         })
         .collect();
+    left_out.extend(play(model, augmentation, file.format));
     left_out.extend(acting.iter().filter_map(|a| beyond(a, file.format)));
     let name = format!("augmented.{}", file.format.extension());
     let text = match edited.text == file.text && left_out.is_empty() {
@@ -89,15 +92,30 @@ fn planned(
     file: &RobotFile,
     (augmentation, acting): (&Augmentation, &[Acting]),
 ) -> Vec<Planned> {
-    let known = acting::parameters(model, augmentation);
+    let all = acting::parameters(model, augmentation);
     let bodies = model.dynamics().tree().map_or(&[][..], |tree| &tree.bodies);
     let mut planned = vec![];
-    for (body, known) in bodies.iter().zip(model.by_body(&known)) {
-        planned.extend(joints::changes(&body.joint, &known, acting, model));
+    for (body, known) in bodies.iter().zip(model.by_body(&all)) {
+        planned.extend(joints::changes(&body.joint, (&known, &all), acting, model));
         planned.extend(structure::link(body, &known.inertia, acting));
     }
     planned.extend(structure::gravity(file, acting));
     planned
+}
+
+/// Play of servos, of which no such file knows.
+fn play(model: &Model, augmentation: &Augmentation, format: Format) -> Vec<LeftOut> {
+    let all = acting::parameters(model, augmentation);
+    let joints = model.dynamics().tree().into_iter().flat_map(Tree::joints);
+    let of = |joint: &Joint| {
+        let known = joints::of_servo(joint, &all, &servo::BACKLASH).filter(|k| k.value > 0.0)?;
+        let size = with_std(known.value, known.std, &known.parameter.unit).replace('±', "+-");
+        Some(LeftOut {
+            what: format!("{} of the servo of joint {}", servo::BACKLASH.name, joint.name),
+            details: format!("{size}: {}", Unstated::NoPlace(format)),
+        })
+    };
+    joints.filter_map(of).collect()
 }
 
 /// What of an effect is no quantity that any such file knows.

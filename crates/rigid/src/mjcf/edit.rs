@@ -43,6 +43,9 @@ pub(crate) fn edited(
         }
         Change::Gravity(gravity) => self::gravity(&mut patch, root, *gravity, &says)?,
         Change::Gain(joint, factor) => gain(&mut patch, root, (joint, *factor), &says)?,
+        Change::Servo(joint, gains, limit) => {
+            servo(&mut patch, (root, robot), (joint, *gains, *limit), &says)?;
+        }
     }
     Ok(patch.done())
 }
@@ -145,6 +148,31 @@ fn gravity(
             let option = format!("<option gravity=\"{value}\"/>");
             patch.first_in(root, &[says.to_owned(), option]);
         }
+    }
+    Ok(())
+}
+
+/// A servo acts by way of its gear.
+fn servo(
+    patch: &mut Patch,
+    (root, robot): (Element, &Robot),
+    (joint, [gain, damping], limit): (&str, [f64; 2], Option<f64>),
+    says: &str,
+) -> Result<(), Unstated> {
+    let own = joint_of(robot, joint)?.servo.ok_or(Unstated::NoServo)?;
+    let of_joint = |e: &Element| actuators::driven(*e) == Some(joint);
+    let mut all = root.children("actuator").flat_map(Element::elements).filter(of_joint);
+    let element = all.next().filter(|e| e.tag() == "position").ok_or(Unstated::NoServo)?;
+    let defaults = Defaults::read(root)?;
+    let part: Part = defaults.part(element, ACTUATOR, ClassId::MAIN)?;
+    let gear = actuators::gear(&part)?;
+    patch.before(element, &[says.to_owned()]);
+    patch.remove(element, &["dampratio"]);
+    patch.set(element, "kp", &numbers(&[positive(gain)? / (gear * gear)]));
+    patch.set(element, "kv", &numbers(&[positive(damping)? / (gear * gear)]));
+    if let Some(limit) = limit.filter(|_| limit != own.limit) {
+        let force = limit / gear.abs();
+        patch.set(element, "forcerange", &numbers(&[-force, force]));
     }
     Ok(())
 }

@@ -22,7 +22,11 @@ pub(crate) fn edited(
             let whole = with_added(robot, link, added)?;
             inertial(&mut patch, named(root, "link", link)?, &whole, &edit.says);
         }
-        Change::Armature(..) | Change::Spring(..) | Change::Gravity(_) | Change::Gain(..) => {
+        Change::Armature(..)
+        | Change::Spring(..)
+        | Change::Gravity(_)
+        | Change::Gain(..)
+        | Change::Servo(..) => {
             return Err(Unstated::NoPlace(Format::Urdf));
         }
     }
