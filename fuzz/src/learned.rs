@@ -6,6 +6,6 @@ use lacuna::models::{AnyModel, LearnedModel};
 /// Neither may panic, whatever the bytes are.
 pub fn survive(data: &[u8]) {
     let path = file("model.json", data);
-    let _ = AnyModel::read(&path);
+    let _ = AnyModel::read(&path, None);
     let _ = LearnedModel::read(&path);
 }

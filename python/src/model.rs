@@ -47,14 +47,14 @@ impl Model {
     /// A model of equations: TOML, URDF, MJCF or an FMU.
     #[staticmethod]
     fn read(path: PathBuf) -> PyResult<Self> {
-        let model = read_equations(&path).map_err(told)?;
+        let model = read_equations(&path, None).map_err(told)?;
         Ok(Self::of(model, Some(path), Raised::default()))
     }
 
     /// A model of either kind.
     #[staticmethod]
     fn read_any(path: PathBuf) -> PyResult<Self> {
-        let model = AnyModel::read(&path).map_err(told)?;
+        let model = AnyModel::read(&path, None).map_err(told)?;
         Ok(Self { model, file: Some(path), raised: Raised::default() })
     }
 

@@ -5,7 +5,7 @@ use crate::discrepancy::{Dataset, DiagnoseError, IdentifiedPredictor, Prediction
 use crate::occupation::compile::Compiled;
 use crate::occupation::{IdentifiedModel, ModelFileError, Names};
 use crate::plants::Model;
-use crate::recordings::{Recording, RecordingError, RecordingSource, Wanted, read_log};
+use crate::recordings::{Recording, RecordingError, RecordingSource, Wanted, read, read_log};
 use std::error::Error;
 use std::path::Path;
 
@@ -19,13 +19,13 @@ pub enum AnyModel {
 }
 
 impl AnyModel {
-    /// Read a model file of either kind.
+    /// Read a model file of either kind, for a recording, if it is known ([`Model::driven_by`]).
     ///
     /// # Errors
     /// What is wrong with the file, with its path.
-    pub fn read(path: &Path) -> Result<Self, Box<dyn Error>> {
+    pub fn read(path: &Path, like: Option<&RecordingSource>) -> Result<Self, Box<dyn Error>> {
         if !is_json_object(path) {
-            return Ok(Self::Equations(Box::new(Model::read(path)?)));
+            return Ok(Self::Equations(Box::new(read_for(path, like)?)));
         }
         let model = IdentifiedModel::load(path).map_err(|e| match e {
             ModelFileError::Json { path, reason } => format!(
@@ -149,7 +149,7 @@ impl LearnedModel {
         if value.get("compiled").is_some() {
             return Ok(Self::Compiled(Box::new(Compiled::load(path)?)));
         }
-        match AnyModel::read(path)? {
+        match AnyModel::read(path, None)? {
             AnyModel::Identified(identified) => Ok(Self::Identified(identified)),
             AnyModel::Equations(_) => {
                 Err(format!("{}: no identified model", path.display()).into())
@@ -158,16 +158,29 @@ impl LearnedModel {
     }
 }
 
-/// Read a model of equations, for what needs its parameters and laws.
+/// Read a model of equations, for what needs its parameters and laws, and for a recording, if it is known
+/// ([`Model::driven_by`]).
 ///
 /// # Errors
 /// What is wrong with the file, with its path.
-pub fn read_equations(path: &Path) -> Result<Model, Box<dyn Error>> {
+pub fn read_equations(
+    path: &Path,
+    like: Option<&RecordingSource>,
+) -> Result<Model, Box<dyn Error>> {
     // A file of numbers in one line is no help where the reader of models points at its mistake.
     if is_json_object(path) {
         return Err(no_equations(&path.display().to_string()).into());
     }
-    Ok(Model::read(path)?)
+    read_for(path, like)
+}
+
+/// A model as a recording drives it. A recording that cannot be read is left to who reads it next.
+fn read_for(path: &Path, like: Option<&RecordingSource>) -> Result<Model, Box<dyn Error>> {
+    let model = Model::read(path)?;
+    let like = like.filter(|_| model.has_servos_of_file());
+    let recording = like.and_then(|like| read(like, &model.time_column).ok());
+    let columns = recording.into_iter().flat_map(|r| r.columns).map(|column| column.name);
+    Ok(model.driven_by(&columns.collect::<Vec<_>>())?)
 }
 
 /// What is said of an identified model in the place of one of equations; `called` is its file.

@@ -27,7 +27,7 @@ pub struct Arguments {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
-    let model = read_equations(&a.model)?;
+    let model = read_equations(&a.model, a.recordings.first())?;
     let report = Report::of(&model, logs(&model, &a.recordings)?)?;
     if a.json {
         sayln!("{}", serde_json::to_string_pretty(&report)?)?;

@@ -46,7 +46,8 @@ pub fn run(a: &Arguments) -> Outcome {
     let settings = Settings { horizon: a.horizon, warmup: a.warmup };
     let [label_a, label_b] = labels([&a.model_a, &a.model_b]);
     let model = |file: &Path, label| -> Result<Named, Box<dyn Error>> {
-        Ok(Named { model: AnyModel::read(file)?, file: file.display().to_string(), label })
+        let model = AnyModel::read(file, a.recordings.first())?;
+        Ok(Named { model, file: file.display().to_string(), label })
     };
     let models = [model(&a.model_a, label_a)?, model(&a.model_b, label_b)?];
     let bar = spinner(a.quiet || a.json);

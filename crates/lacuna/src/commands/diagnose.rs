@@ -88,7 +88,7 @@ pub fn run(a: &Arguments) -> Outcome {
                     a model (--simulated RECORDING); with one, the model file says it"
             .into());
     }
-    let model = read_equations(&a.model)?;
+    let model = read_equations(&a.model, a.recordings.first())?;
     let of = |sources: &[RecordingSource]| recordings(&model, sources);
     let (training, held_out) = datasets(&model, &of(&a.recordings)?, &of(&a.held_out)?)?;
     let bar = spinner(a.quiet || a.json || a.steps);

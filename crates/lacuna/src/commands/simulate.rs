@@ -45,7 +45,7 @@ pub fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
-    let model = AnyModel::read(&a.model)?;
+    let model = AnyModel::read(&a.model, Some(&a.like))?;
     let file = a.model.display().to_string();
     let settings = Settings { horizon: a.horizon, warmup: a.warmup };
     let run = Simulation::of((&model, &file), &model.recording(&a.like)?, settings)?;

@@ -37,7 +37,7 @@ pub(super) struct Source {
 
 impl Source {
     pub fn read(path: &Path) -> Result<Self, Box<dyn Error>> {
-        let model = read_equations(path)?;
+        let model = read_equations(path, None)?;
         let text = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
         Ok(Self { model, text })
     }
