@@ -4,6 +4,7 @@
 
 mod bench;
 mod refused;
+mod servo;
 mod written;
 
 use bench::{ARM, Bench, FRICTION};

@@ -31,6 +31,15 @@ pub struct Term {
     pub shape: Vec<f64>,
 }
 
+impl Term {
+    /// The effect that a law of inputs is with these parameters.
+    pub(crate) fn as_effect(&self) -> ModelEffect {
+        let Candidate { effect, channel, other } = self.candidate;
+        let std = vec![None; self.shape.len()];
+        ModelEffect { effect, channel, other, parameters: self.shape.clone(), std }
+    }
+}
+
 /// Every candidate on force channels, on the actuators and on the sensors of a model; sensors are
 /// told by the entry of the machine's state that they measure. Effects that the model has
 /// already are left out.
@@ -50,11 +59,8 @@ pub fn candidates(model: &Model, sensors: &[usize]) -> Vec<Candidate> {
             }
             Law::Input(_) => {
                 // What no actuator stands before reaches the machine as it was recorded.
-                out.extend(model.actuators().map(|channel| Candidate {
-                    effect,
-                    channel,
-                    other: None,
-                }));
+                let all = model.actuators().filter(|&input| !model.states(effect, input));
+                out.extend(all.map(|channel| Candidate { effect, channel, other: None }));
             }
             Law::Sensor(_) => out.extend(sensors.iter().map(|&channel| Candidate {
                 effect,

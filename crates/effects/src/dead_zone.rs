@@ -1,8 +1,8 @@
 //! A dead zone of the actuator: `u_effective = u - clamp(u, -half_width, half_width)`.
 
 use crate::{
-    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
-    Variable,
+    Acts, Dimension, Effect, InServo, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    SeriesLaw, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Input(&DeadZone),
     priors,
     shapes,
-    nature: Nature::PLAIN,
+    nature: Nature { in_servo: Some(InServo::Error), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

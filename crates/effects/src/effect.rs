@@ -88,6 +88,8 @@ pub struct Nature {
     /// Of a law between two coordinates the law that each of them has where they do not act on each other;
     /// its parameters are the first of this one's.
     pub apart: Option<&'static Effect>,
+    /// Where it acts if its input is the command of a position servo; none: on the command itself.
+    pub in_servo: Option<InServo>,
     /// What the file of a robot can say of it, on a joint or its input; of effects on structure their
     /// numbers say it ([`crate::StructureLaw::numbers`]).
     pub stated: Option<Stated>,
@@ -105,8 +107,18 @@ impl Nature {
         possible: None,
         absent: 0.0,
         apart: None,
+        in_servo: None,
         stated: None,
     };
+}
+
+/// Where within a position servo an effect on its command acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InServo {
+    /// On the error of position: the first parameter is half the width of a band in which it is not felt.
+    Error,
+    /// On its force: the first parameter is the most that there is.
+    Force,
 }
 
 /// What a law can depend on.

@@ -1,8 +1,8 @@
 //! Saturation of the actuator: `u_effective = clamp(u, -limit, limit)`.
 
 use crate::{
-    Acts, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, SeriesLaw,
-    Variable,
+    Acts, Dimension, Effect, InServo, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    SeriesLaw, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Input(&Saturation),
     priors,
     shapes,
-    nature: Nature { absent: f64::INFINITY, ..Nature::PLAIN },
+    nature: Nature { absent: f64::INFINITY, in_servo: Some(InServo::Force), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

@@ -3,8 +3,8 @@
 mod support;
 
 use lacuna_numbers::{Dual, LANES, Number};
-use lacuna_plants::model::Augmentation;
-use lacuna_plants::{Hold, Model, SampledInput, System, rk4};
+use lacuna_plants::model::{Augmentation, Direction, ModelEffect, StepInput};
+use lacuna_plants::{Hold, Model, SampledInput, Substeps, System, rk4};
 use support::Folder;
 
 /// A joint that a servo moves, beside what is said of the servo.
@@ -346,4 +346,79 @@ fn a_command_of_a_robot_has_a_name_of_its_own() {
     assert!(error.contains("declared twice") && error.contains("model.toml:7:11"), "{error}");
     let model = folder.model(&table("goal")).expect("a model");
     assert_eq!(model.inputs[1].name, "goal");
+}
+
+const BARE: &str = "[[actuator]]\ntemplate = \"pd_servo\"\nchannel = \"elbow\"\n\
+    kp = { value = 17.8, unit = \"N m/rad\" }\nkd = { value = 0.6, unit = \"N m s/rad\" }\n";
+const WITHIN: &str = "[[effect]]\nclass = \"saturation\"\nchannel = \"elbow_command\"\n\
+    limit = { value = 1900, unit = \"mN m\" }\n[[effect]]\nclass = \"dead_zone\"\n\
+    channel = \"elbow_command\"\nhalf_width = { value = 0.025, unit = \"rad\" }\n";
+
+/// A dead zone and a limit on a command act behind its comparison with the position.
+#[test]
+fn effects_act_within_a_servo() {
+    let (stated, found) = (with_servo(SERVO), with_servo(&format!("{BARE}{WITHIN}")));
+    assert!(differ(&run(&stated, 1), &run(&found, 1)) < 1e-12);
+    assert!(differ(&run(&stated, 1), &run(&with_servo(BARE), 1)) > 1e-2);
+    // Beside what is stated: the smaller limit, and both bands.
+    let both = with_servo(&format!("{SERVO}{WITHIN}"));
+    let wide = with_servo(&SERVO.replace("value = 0.05", "value = 0.1"));
+    assert!(differ(&run(&both, 1), &run(&wide, 1)) < 1e-12);
+    // On a torque they act as ever.
+    let units = |model: &Model| {
+        let units = |e: &ModelEffect| model.effect_units(e.effect, 0, None);
+        model.effects.iter().flat_map(units).collect::<Vec<_>>()
+    };
+    assert_eq!(units(&found), ["N m", "rad"]);
+}
+
+/// A step's derivatives by what acts within a servo are those of differences.
+#[test]
+fn derivatives_by_what_acts_within_a_servo_are_exact() {
+    let table = "[[actuator]]\ntemplate = \"pd_servo\"\nchannel = \"elbow\"\n";
+    let within = WITHIN.replace("1900", "5000");
+    let of_robot = format!("{OF_ARM}{table}{within}");
+    let robot = arm(ARM).model(&of_robot).expect("a model");
+    let joint = with_servo(&format!("{BARE}{WITHIN}"));
+    // In the band's slope, and at the limit.
+    for (model, inputs) in [(&joint, vec![0.05]), (&joint, vec![0.9]), (&robot, vec![0.0, 0.9])] {
+        let machine: Vec<f64> = (0..model.machine_states()).map(|k| 0.01 * k as f64).collect();
+        let advance = |effects: &[ModelEffect]| {
+            let system = System::with(model, &model.values(), effects);
+            let mut state = system.at_rest(&machine);
+            let input = StepInput::Line(&inputs, &inputs);
+            system.advance(
+                &mut system.workspace(),
+                (0.0, 0.01),
+                input,
+                Substeps::even(2),
+                &mut state,
+            );
+            state
+        };
+        for effect in 0..2 {
+            let along = [(Direction::Effect(effect, 0), 0)];
+            let system = System::along(model, &model.values(), &model.effects, &along, 0.01);
+            let constant = |x: &f64| Dual::constant(*x);
+            let mut state: Vec<Dual> = machine.iter().map(constant).collect();
+            let held: Vec<Dual> = inputs.iter().map(constant).collect();
+            let input = StepInput::Line(&held, &held);
+            system.advance(
+                &mut system.workspace(),
+                (0.0, 0.01),
+                input,
+                Substeps::even(2),
+                &mut state,
+            );
+            let moved = |by: f64| {
+                let mut effects = model.effects.clone();
+                effects[effect].parameters[0] += by;
+                advance(&effects)
+            };
+            for ((above, below), exact) in moved(1e-6).iter().zip(moved(-1e-6)).zip(&state) {
+                let slope = (above - below) / 2e-6;
+                assert!((slope - exact.tangent[0]).abs() < 1e-6, "{effect}: {slope} {exact:?}");
+            }
+        }
+    }
 }

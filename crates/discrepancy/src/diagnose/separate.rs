@@ -161,7 +161,8 @@ impl Ladder<'_> {
         let (m, step) = (model.input_width(), problem.sample);
         let times: Vec<f64> = (0..SAMPLES).map(|k| step * k as f64).collect();
         let commands = self.commands(&times, sine);
-        let inputs = effective_inputs(&SeriesEffect::inputs(&h.effects), m, &times, commands);
+        let inputs =
+            effective_inputs(&SeriesEffect::inputs(model, &h.effects), m, &times, commands);
         let system = System::with(model, &h.parameters, &h.effects);
         let (observation, count) = (&problem.observation, problem.dataset.outputs.len());
         let path =

@@ -8,7 +8,7 @@ use crate::prediction::Predictor;
 use crate::range::inner_range;
 use crate::trajectories::{SmoothedRecording, unmeasured};
 use crate::{DiagnoseError, Watch};
-use lacuna_effects::{Acts, Effect, Law, Scales};
+use lacuna_effects::{Acts, Effect, InServo, Law, Scales};
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{
     Direction, ModelEffect, Observation, SeriesEffect, StepInput, System, effective_inputs,
@@ -58,6 +58,8 @@ pub struct Problem<'a> {
     channels: Vec<Scales>,
     /// Magnitudes of each input.
     inputs: Vec<Scales>,
+    /// Of each input, magnitudes of the error and of the force of the servo that follows it.
+    in_servos: Vec<(Scales, Scales)>,
     /// Magnitudes of the differences of each force channel and those before it
     /// ([`Scales::apart`]).
     apart: Vec<Vec<(f64, f64)>>,
@@ -98,6 +100,7 @@ impl<'a> Problem<'a> {
             hidden: hidden.collect(),
             channels: vec![],
             inputs: vec![],
+            in_servos: vec![],
             apart: vec![],
             input_noise: input_noise(model, dataset),
             paths: Paths::default(),
@@ -111,6 +114,7 @@ impl<'a> Problem<'a> {
         let before = |c: usize| (0..c).map(|o| this.differences(c, o)).collect();
         this.apart = (0..model.channels()).map(before).collect();
         this.inputs = (0..model.inputs.len()).map(|j| this.input_scales(j)).collect();
+        this.in_servos = (0..model.inputs.len()).map(|j| this.servo_scales(j)).collect();
         Ok(this)
     }
 
@@ -130,7 +134,11 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn scales(&self, effect: &Effect, channel: usize, other: Option<usize>) -> Scales {
         match (effect.law, effect.acts) {
-            (Law::Input(_), _) => self.inputs[channel],
+            (Law::Input(_), _) => match self.model.in_servo(effect, channel) {
+                Some(InServo::Error) => self.in_servos[channel].0,
+                Some(InServo::Force) => self.in_servos[channel].1,
+                None => self.inputs[channel],
+            },
             (Law::Structure(_), _) => self.structure_scales(effect.acts, channel),
             (Law::Sensor(_), _) | (_, Acts::Sensors) => self.sensor_scales(channel),
             (Law::Force(_), _) => {
@@ -169,7 +177,7 @@ impl<'a> Problem<'a> {
         effects: &[ModelEffect],
         observed: &'o Observed,
     ) -> Cow<'o, [f64]> {
-        let on_inputs = SeriesEffect::inputs(effects);
+        let on_inputs = SeriesEffect::inputs(self.model, effects);
         if on_inputs.is_empty() {
             return Cow::Borrowed(&observed.commands);
         }
@@ -500,15 +508,31 @@ impl<'a> Problem<'a> {
 
     fn input_scales(&self, j: usize) -> Scales {
         let m = self.model.input_width();
-        let u: Vec<f64> = self
-            .smoothed
-            .iter()
-            .flat_map(|s| s.inputs.iter().skip(j).step_by(m))
-            .copied()
-            .collect();
+        let inputs = self.smoothed.iter().flat_map(|s| s.inputs.iter().skip(j).step_by(m));
+        self.scales_of_input(&inputs.copied().collect::<Vec<_>>())
+    }
+
+    /// Those of the error and of the force of the servo that follows an input, along the measured motion.
+    fn servo_scales(&self, j: usize) -> (Scales, Scales) {
+        let (model, m) = (self.model, self.model.input_width());
+        let servos = model.servos(&model.values(), &model.effects);
+        let (mut errors, mut forces) = (vec![], vec![]);
+        if let Some((servo, _)) = model.servo_of(j) {
+            for motion in &self.smoothed {
+                for (k, u) in motion.inputs.chunks_exact(m).enumerate() {
+                    errors.push(servos.error(servo, motion.state(k), u));
+                    forces.push(servos.force(servo, motion.state(k), u));
+                }
+            }
+        }
+        (self.scales_of_input(&errors), self.scales_of_input(&forces))
+    }
+
+    /// Magnitudes of what an effect on inputs acts on.
+    fn scales_of_input(&self, u: &[f64]) -> Scales {
         let largest = u.iter().fold(0.0f64, |a, b| a.max(b.abs()));
         Scales {
-            input: (deviation(&u), largest),
+            input: (deviation(u), largest),
             step: self.sample,
             time: self.times(),
             ..Scales::default()

@@ -281,13 +281,17 @@ impl<'p> Sweep<'p> {
         directions: &[(Direction, usize)],
     ) -> Inputs<'p, Dual> {
         let (problem, effects) = (self.run.problem, &self.run.hypothesis.effects);
-        let on_input = |e: usize| matches!(effects[e].effect.law, Law::Input(_));
+        let on_input = |e: usize| {
+            let (effect, channel) = (effects[e].effect, effects[e].channel);
+            let inner = problem.model.in_servo(effect, channel).is_some();
+            matches!(effect.law, Law::Input(_)) && !inner
+        };
         let moves =
             directions.iter().any(|(d, _)| matches!(*d, Direction::Effect(e, _) if on_input(e)));
         if !moves {
             return Inputs::Fixed(problem.effective_inputs(effects, observed));
         }
-        let along = SeriesEffect::inputs_along(effects, directions);
+        let along = SeriesEffect::inputs_along(problem.model, effects, directions);
         let commands = observed.commands.iter().map(|&u| Dual::constant(u)).collect();
         let m = problem.model.input_width();
         Inputs::Moving(effective_inputs(&along, m, &observed.times, commands))

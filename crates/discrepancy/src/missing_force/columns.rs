@@ -10,7 +10,7 @@ use super::along::Along;
 use super::rows::Rows;
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::Problem;
-use crate::screen::{sensed, structure};
+use crate::screen::{sensed, servo, structure};
 use lacuna_effects::{AnySeriesLaw, Law};
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::Hold;
@@ -83,6 +83,17 @@ impl Columns<'_> {
                             number += 1;
                         },
                     );
+                }
+                all
+            }
+            Law::Input(_) if self.is_in_servo(candidate) => {
+                let mut all = vec![vec![vec![]]; shapes.len()];
+                for along in self.along {
+                    for (columns, shape) in all.iter_mut().zip(shapes) {
+                        let Some(change) = self.in_servo(candidate, shape, along) else { continue };
+                        let at = |k: usize| change.at[k];
+                        self.add(&mut columns[0], along.recording, change.coordinate, at);
+                    }
                 }
                 all
             }
@@ -206,6 +217,8 @@ impl Columns<'_> {
         let mut all = u.clone();
         for (Term { candidate, shape }, amplitudes) in laws {
             match candidate.effect.law {
+                // It acts behind the input.
+                Law::Input(_) if self.is_in_servo(candidate) => {}
                 Law::Input(law) => {
                     let of = law.plain().applied(shape, &motion.times, &u);
                     let share = amplitudes[0];
@@ -235,14 +248,42 @@ impl Columns<'_> {
         all
     }
 
-    /// Share of the power of an input that a law takes away from it, or adds.
-    pub(super) fn taken_from_input(&self, law: &dyn AnySeriesLaw, j: usize, shape: &[f64]) -> f64 {
+    /// Whether a law acts within servos.
+    fn is_in_servo(&self, candidate: &Candidate) -> bool {
+        self.problem.model.in_servo(candidate.effect, candidate.channel).is_some()
+    }
+
+    /// What such a law changes along a recording.
+    fn in_servo(
+        &self,
+        candidate: &Candidate,
+        shape: &[f64],
+        along: &Along,
+    ) -> Option<servo::Change> {
+        let term = Term { candidate: *candidate, shape: shape.to_vec() };
+        let known = (self.parameters, self.effects);
+        servo::change(self.problem.model, known, &term, along.motion)
+    }
+
+    /// Share of the power of an input, or of the force of its servo, that a law takes away from it, or adds.
+    pub(super) fn taken_from_input(
+        &self,
+        (candidate, law): (&Candidate, &dyn AnySeriesLaw),
+        shape: &[f64],
+    ) -> f64 {
+        let j = candidate.channel;
         let (mut taken, mut all) = (0.0, 0.0);
+        let power = |series: &[f64]| series.iter().map(|x| x * x).sum::<f64>();
         for along in self.along {
+            if let Some(change) = self.in_servo(candidate, shape, along) {
+                taken += power(&change.at);
+                all += power(&change.force);
+                continue;
+            }
             let u = self.input(along, j);
             let made = law.plain().applied(shape, &along.motion.times, &u);
             taken += made.iter().zip(&u).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-            all += u.iter().map(|u| u * u).sum::<f64>();
+            all += power(&u);
         }
         taken / f64::max(all, f64::MIN_POSITIVE)
     }

@@ -1,6 +1,7 @@
 //! What each amplitude of a term changes in the outputs, and its normal equations.
 
 use super::local::{Along, Local};
+use super::servo;
 use super::{Amplitudes, Screen};
 use crate::candidates::{Candidate, Term};
 use crate::likelihood::lanes::Lanes;
@@ -82,7 +83,15 @@ impl Screen<'_> {
                 let drives = std::iter::once(Drive::Force(channel)).chain(reaction);
                 (drives.map(place).collect(), vec![])
             }
-            Law::Input(_) => (vec![place(Drive::Input(channel))], vec![]),
+            Law::Input(_) => {
+                let model = self.problem.model;
+                let inner = model.in_servo(effect, channel).and(model.servo_of(channel));
+                let drive = match inner {
+                    Some((_, servo)) => Drive::Force(servo.coordinate),
+                    None => Drive::Input(channel),
+                };
+                (vec![place(drive)], vec![])
+            }
             Law::Sensor(_) => {
                 let outputs = self.problem.dataset.outputs.iter();
                 let is = |o: &crate::Output| matches!(o.of, Measured::State(i) if i == channel);
@@ -120,6 +129,14 @@ impl Screen<'_> {
                         each(&centred(series), series, law.plain().passed_on(shape));
                     }
                 });
+            }
+            Law::Input(_) if self.problem.model.in_servo(effect, channel).is_some() => {
+                let h = &self.fit.hypothesis;
+                let known = (&h.parameters[..], &h.effects[..]);
+                for term in terms {
+                    let change = servo::change(self.problem.model, known, term, &along.motion);
+                    change.iter().for_each(|change| each(&change.between, &change.at, 1.0));
+                }
             }
             Law::Input(law) => {
                 let m = self.problem.model.input_width();

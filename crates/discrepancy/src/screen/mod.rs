@@ -20,6 +20,7 @@ mod columns;
 mod curves;
 mod local;
 mod lost;
+pub(crate) mod servo;
 pub(crate) mod structure;
 mod surface;
 

@@ -45,6 +45,7 @@ pub use exact::{Exact, GenericSimulator};
 pub(crate) use fmu::Unit;
 pub use implicit::{Implicit, ImplicitRoom};
 pub(crate) use robot::{PARTS, Part, RobotDynamics};
+pub(crate) use servo::BoundServo;
 pub use servo::{SERVO, Servo};
 
 use crate::model::Step;

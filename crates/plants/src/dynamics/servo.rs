@@ -95,10 +95,16 @@ pub(crate) struct BoundServo<T> {
 }
 
 impl<T: Number> BoundServo<T> {
+    /// How far its coordinate is from the command.
+    #[inline(always)]
+    pub fn off(&self, at: &Point<T>) -> T {
+        at.inputs[self.input] - at.coordinates[self.coordinate]
+    }
+
     /// The force on its coordinate.
     #[inline(always)]
     pub fn force(&self, at: &Point<T>) -> T {
-        let off = at.inputs[self.input] - at.coordinates[self.coordinate];
+        let off = self.off(at);
         let error = match self.half_width {
             Some(half_width) => off - off.clamp(-half_width, half_width),
             None => off,

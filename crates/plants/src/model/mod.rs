@@ -12,6 +12,7 @@ mod parameter;
 mod read;
 mod robot;
 mod series;
+mod servos;
 mod structure;
 mod system;
 mod together;
@@ -26,6 +27,7 @@ pub use observation::Observation;
 pub use parameter::{Parameter, Uncertainty, UncertaintyError};
 pub use robot::{BodyParameters, RobotFile};
 pub use series::{SeriesEffect, effective_inputs, sensed};
+pub use servos::Servos;
 pub use system::{Direction, Step, System, Workspace};
 pub use together::{Strand, advance_together};
 pub use units::{SaidUnit, same_unit};
@@ -431,7 +433,7 @@ impl Model {
     /// The effective inputs (row-major, as `commands`, with imposed motion) after the input effects of this model.
     #[must_use]
     pub fn effective_inputs(&self, times: &[f64], commands: &[f64]) -> Vec<f64> {
-        let effects = SeriesEffect::inputs(&self.effects);
+        let effects = SeriesEffect::inputs(self, &self.effects);
         effective_inputs(&effects, self.input_width(), times, commands.to_vec())
     }
 

@@ -1,6 +1,6 @@
 //! What actuators make of commands and sensors of outputs, in any kind of number.
 
-use super::{Direction, ModelEffect};
+use super::{Direction, Model, ModelEffect};
 use lacuna_effects::{AnySeriesLaw, Law, SeriesLawIn};
 use lacuna_numbers::{Dual, Number};
 
@@ -13,9 +13,12 @@ pub struct SeriesEffect<T: Number = f64> {
     parameters: Vec<T>,
 }
 
-/// The law of an effect on the inputs.
-fn input_law(e: &ModelEffect) -> Option<&'static dyn AnySeriesLaw> {
-    if let Law::Input(law) = e.effect.law { Some(law) } else { None }
+/// The law of an effect on the inputs of a model, unless it acts within a servo.
+fn input_law(model: &Model, e: &ModelEffect) -> Option<&'static dyn AnySeriesLaw> {
+    match e.effect.law {
+        Law::Input(law) if model.in_servo(e.effect, e.channel).is_none() => Some(law),
+        _ => None,
+    }
 }
 
 /// The law of an effect on a sensor.
@@ -24,10 +27,10 @@ fn sensor_law(e: &ModelEffect) -> Option<&'static dyn AnySeriesLaw> {
 }
 
 impl SeriesEffect {
-    /// The input effects among some, in their order.
+    /// Of some effects those that act on the inputs of a model, in their order.
     #[must_use]
-    pub fn inputs(effects: &[ModelEffect]) -> Vec<Self> {
-        Self::all(effects, input_law)
+    pub fn inputs(model: &Model, effects: &[ModelEffect]) -> Vec<Self> {
+        Self::all(effects, |e| input_law(model, e))
     }
 
     /// The sensor effects among some, in their order.
@@ -38,7 +41,7 @@ impl SeriesEffect {
 
     fn all(
         effects: &[ModelEffect],
-        law: fn(&ModelEffect) -> Option<&'static dyn AnySeriesLaw>,
+        law: impl Fn(&ModelEffect) -> Option<&'static dyn AnySeriesLaw>,
     ) -> Vec<Self> {
         let of = |e: &ModelEffect| {
             let (law, parameters) = (law(e)?.plain(), e.parameters.clone());
@@ -49,11 +52,15 @@ impl SeriesEffect {
 }
 
 impl SeriesEffect<Dual> {
-    /// The input effects among some, with derivatives by those of their parameters that are among
-    /// the directions, each in its lane.
+    /// Of some effects those that act on the inputs of a model, with derivatives by those of their parameters
+    /// that are among the directions, each in its lane.
     #[must_use]
-    pub fn inputs_along(effects: &[ModelEffect], directions: &[(Direction, usize)]) -> Vec<Self> {
-        Self::all_along(effects, directions, input_law)
+    pub fn inputs_along(
+        model: &Model,
+        effects: &[ModelEffect],
+        directions: &[(Direction, usize)],
+    ) -> Vec<Self> {
+        Self::all_along(effects, directions, |e| input_law(model, e))
     }
 
     /// The sensor effects, likewise.
@@ -65,7 +72,7 @@ impl SeriesEffect<Dual> {
     fn all_along(
         effects: &[ModelEffect],
         directions: &[(Direction, usize)],
-        law: fn(&ModelEffect) -> Option<&'static dyn AnySeriesLaw>,
+        law: impl Fn(&ModelEffect) -> Option<&'static dyn AnySeriesLaw>,
     ) -> Vec<Self> {
         let of = |(index, e): (usize, &ModelEffect)| {
             let law = law(e)?.dual();

@@ -1,5 +1,5 @@
 //! Effects on a robot's structure, as further parameters of its dynamics
-//! ([`crate::dynamics::Dynamics::tree`]).
+//! ([`crate::dynamics::Dynamics::tree`]), behind which those within servos stand.
 
 use super::{Direction, Model, ModelEffect};
 use crate::dynamics::{SERVO, felt};
@@ -46,6 +46,7 @@ impl Model {
         internal: impl Fn(usize, &ModelEffect) -> Vec<T>,
     ) -> Vec<T> {
         for (index, e) in effects.iter().enumerate() {
+            self.add_to_servos(&mut parameters, e, || internal(index, e));
             let Some(law) = law(e) else { continue };
             parameters.resize(self.structure_end(), T::constant(0.0));
             let numbers = in_this_number(law).numbers(&internal(index, e));

@@ -17,7 +17,7 @@
 
 use super::{Coordinate, Model};
 use crate::dynamics::Mass;
-use lacuna_effects::{Dimension, Effect, Law, Variable};
+use lacuna_effects::{Dimension, Effect, InServo, Law, Variable};
 use lacuna_units::{Product, Unit, convert_factor};
 
 /// Stands for the unit of a generalised force that the model's units do not say.
@@ -145,7 +145,15 @@ impl Model {
                 let input = named.map_or_else(String::new, |j| self.inputs[j].unit.clone());
                 (self.force_unit(channel), self.state_unit(index), input)
             }
-            Law::Input(_) => (String::new(), String::new(), self.inputs[channel].unit.clone()),
+            Law::Input(_) => {
+                let limits = self.in_servo(effect, channel) == Some(InServo::Force);
+                let servo = self.servo_of(channel).filter(|_| limits);
+                let unit = match servo {
+                    Some((_, servo)) => self.force_unit(servo.coordinate),
+                    None => self.inputs[channel].unit.clone(),
+                };
+                (String::new(), String::new(), unit)
+            }
             Law::Sensor(_) => (String::new(), self.state_unit(channel), String::new()),
             Law::Structure(_) => Default::default(),
         };

@@ -61,7 +61,7 @@ impl Offer {
     fn of(columns: &Columns, candidate: &Candidate) -> Self {
         let scales = columns.problem.scales(candidate.effect, candidate.channel, candidate.other);
         let taken = |shape: &[f64]| match candidate.effect.law {
-            Law::Input(law) => columns.taken_from_input(law, candidate.channel, shape),
+            Law::Input(law) => columns.taken_from_input((candidate, law), shape),
             Law::Force(_) | Law::Sensor(_) | Law::Structure(_) => 0.0,
         };
         let all =

@@ -134,10 +134,15 @@ impl Reader<'_> {
             None => (servo::command_of(name), header.clone()),
         };
         let unit = model.state_unit(coordinate);
+        let command_place = command.1.clone();
         let input = match own {
             Some(_) => self.commanded(command, (coordinate, &unit), model)?,
             None => self.followed(command, &unit, model)?,
         };
+        if before.iter().any(|s| s.input == input) {
+            let message = "another servo follows this command already: each has one of its own";
+            return Err(self.error(command_place, message.to_owned()));
+        }
         let units = Units { force: model.force_unit(coordinate), coordinate: unit };
         let stated = own.and_then(|joints| *joints.get(coordinate)?);
         let mut parameters = vec![];
