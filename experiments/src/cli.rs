@@ -8,7 +8,8 @@ use crate::concealed::{self, sealed::Group};
 use crate::manipulator_realtime::Evaluator;
 use crate::{
     StudyError, ablation, duffing, duffing_montecarlo, fleet, invariance, lambda_ablation,
-    manipulator, manipulator_ctc, manipulator_large, manipulator_realtime, noise_sweep, speed,
+    manipulator, manipulator_ctc, manipulator_large, manipulator_realtime, noise_sweep, signatures,
+    speed,
 };
 
 /// The studies of Lacuna. Statistics go to DIR/NAME.json, figures to DIR/figures.
@@ -194,6 +195,16 @@ enum Study {
         #[command(flatten)]
         common: Common,
     },
+    /// Pictures of all effects of the catalogue for the guide, DIR/signatures/CLASS.svg, and the part of DIR/catalogue.md
+    /// that shows them.
+    Signatures {
+        /// The guide.
+        #[arg(long, value_name = "DIR", default_value = "docs/guide")]
+        guide: PathBuf,
+        /// Print nothing but errors.
+        #[arg(long)]
+        quiet: bool,
+    },
     /// Times of the parts beside the same algorithms in NumPy (python3 with NumPy, where it is there).
     Speed {
         /// Trials of the Duffing study that are timed.
@@ -311,6 +322,7 @@ pub fn run() -> ExitCode {
             let (cases, jobs) = (cases as usize, jobs as usize);
             ablation::run(&ablation::Settings { cases, fields, jobs, resume }, &common)
         }
+        Study::Signatures { guide, quiet } => signatures::run(&guide, quiet),
         Study::Speed { trials, trajectories, peer, seed } => {
             speed::run(&speed::Settings { trials, trajectories, peer, seed })
         }

@@ -19,6 +19,7 @@
 //! | invariance | [`invariance`] | whether what says nothing of a machine changes its diagnosis |
 //! | fleets | [`fleet`] | whether `lacuna fleet` finds the machines that are unlike the others |
 //! | numbers that decide | [`ablation`] | the same with each halved and doubled |
+//! | signatures | [`signatures`] | nothing: the guide's pictures of the catalogue |
 //!
 //! Each study draws its data ([`duffing_data`], [`manipulator_data`]), identifies a model by each
 //! of the [`recipes`] (the paper's, and [`sindy`] in two forms), and writes statistics to `results/NAME.json` and figures to
@@ -47,6 +48,7 @@ pub mod output;
 pub mod progress;
 pub mod published;
 pub mod recipes;
+pub mod signatures;
 pub mod sindy;
 pub mod speed;
 pub mod statistics;

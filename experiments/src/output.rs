@@ -62,7 +62,10 @@ pub fn write_figures(directory: &Path, figures: &[(&str, String)]) -> Result<(),
 
 /// Write to a temporary file beside `path` and rename it, so that a reader never sees a half
 /// and an interrupted study leaves the old results.
-fn replace(path: &Path, text: &str) -> Result<(), StudyError> {
+///
+/// # Errors
+/// [`StudyError::Write`] when the file cannot be written.
+pub fn replace(path: &Path, text: &str) -> Result<(), StudyError> {
     let failed = |source| StudyError::Write { path: path.to_path_buf(), source };
     if let Some(directory) = path.parent() {
         fs::create_dir_all(directory).map_err(failed)?;

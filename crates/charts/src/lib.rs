@@ -329,6 +329,14 @@ mod tests {
     }
 
     #[test]
+    fn a_figure_on_paper_is_light_in_the_dark() {
+        let drawn = |surface| svg(&figure(vec![(0.0, 1.0), (1.0, 2.0)]), surface).unwrap();
+        let (paper, own) = (drawn(Surface::Paper), drawn(Surface::Own));
+        assert!(paper.contains("class=\"ground\"") && own.contains("class=\"ground\""));
+        assert!(!paper.contains("prefers-color-scheme") && own.contains("prefers-color-scheme"));
+    }
+
+    #[test]
     fn nothing_to_draw_is_an_error() {
         let empty = svg(&figure(vec![(f64::NAN, 1.0), (0.0, f64::INFINITY)]), Surface::Own);
         assert_eq!(empty, Err(ChartError::Empty { lines: 1 }));

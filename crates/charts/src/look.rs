@@ -49,6 +49,8 @@ pub enum Surface {
     Container,
     /// The figure is a file of its own and brings its ground.
     Own,
+    /// The same, on a page that is light whatever surrounds it.
+    Paper,
 }
 
 /// What was drawn in a frame that scales, with the words and the colours.
@@ -64,8 +66,10 @@ pub(super) fn dress(
         svg class="lacuna-figure" xmlns="http://www.w3.org/2000/svg" role="img"
             aria-label=(description) width="100%" viewBox={ "0 0 " (width) " " (height) } {
             title { (description) }
-            style { (PreEscaped(STYLE)) }
-            @if surface == Surface::Own {
+            @if surface != Surface::Paper {
+                style { (PreEscaped(STYLE)) }
+            }
+            @if surface != Surface::Container {
                 rect class="ground" width=(width) height=(height) fill="#FFFFFF" {}
             }
             (PreEscaped(body))
