@@ -17,10 +17,10 @@ import pytest
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")
 
-SAMPLES, STEP, COUNT, FILES = 41, 0.04, 8000, 4
+SAMPLES, STEP, COUNT, FILES = 41, 0.04, 6000, 4
 NAMES = {"coordinates": ["q"], "rates": ["v"], "inputs": ["u"], "trajectory": "id", "order": 2}
 #: Small and quick.
-CHOSEN = {"kernel": "gaussian", "most_landmarks": 40}
+CHOSEN = {"kernel": "gaussian", "widths": [1.5, 4.0], "most_landmarks": 40}
 
 
 def _drift(q: Any, v: Any) -> Any:
