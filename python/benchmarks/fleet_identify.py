@@ -2,9 +2,11 @@
 
     python python/benchmarks/fleet_identify.py make DIR --trajectories 1000000
     python python/benchmarks/fleet_identify.py run DIR --workers 1 2
+    python python/benchmarks/fleet_identify.py sums DIR --workers 1 2 --most-landmarks 150
 
 The machine is the two-link arm of the studies (`lacuna_plants::TwoLinkArm`), with torques that are held from sample to
-sample and noise on what is measured; ``run`` tells how far the drift is from the arm's own.
+sample and noise on what is measured; ``run`` tells how far the drift is from the arm's own. ``sums`` measures
+the sums alone, of kernels whose widths are given.
 """
 
 from __future__ import annotations
@@ -114,6 +116,36 @@ def run(folder: Path, workers: list[int], most_landmarks: int) -> None:
         print(f"  sha256 of the model {digest[:16]}, drift off by {error(model):.4f} (median, relative)", flush=True)
 
 
+def sums(folder: Path, workers: list[int], most_landmarks: int) -> None:
+    import pickle
+
+    import lacuna
+    from dask import delayed
+    from dask.distributed import Client, LocalCluster
+    from lacuna import _lacuna
+    from lacuna.fleet import _identify as parts
+
+    coordinates, speeds, torques = ["q1", "q2"], ["dq1", "dq2"], ["tau1", "tau2"]
+    data = _lacuna.Trajectories.find(f"{folder}/*.parquet", ("t", "id", coordinates, speeds, torques))
+    chosen = {"kernel": "gaussian", "widths": [6.0, 1.7, 2.0, 2.0], "most_landmarks": most_landmarks}
+    stream = data.choose(lacuna.Identifier(2, rates=True, **chosen)._settings(coordinates + speeds, torques))
+    for count in workers:
+        with LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as cluster:
+            with Client(cluster) as client:
+                given = [delayed(one, name=name, traverse=False) for one, name in ((stream, "stream"), (data, "data"))]
+                one, plus = delayed(parts._sums, pure=False), delayed(parts._plus, pure=False)
+                tree = parts._fold(0, data.chunks, lambda chunk: one(*given, chunk), plus)
+                load = os.getloadavg()[0]
+                begin = time.perf_counter()
+                total = client.compute(tree).result()
+                seconds = time.perf_counter() - begin
+                peaks = client.run(peak)
+        digest = hashlib.sha256(pickle.dumps(total)).hexdigest()
+        used, busy = ([round(own[i]) for own in peaks.values()] for i in (0, 1))
+        print(f"{count} workers: {seconds:.1f} s for {data.chunks} chunks, CPU {busy} s, peak memory {used} MB")
+        print(f"  sha256 of the sums {digest[:16]}, load before {load:.1f}", flush=True)
+
+
 def peak() -> tuple[float, float]:
     """The most memory of this process, MB, and its CPU time, s."""
     import resource
@@ -132,17 +164,19 @@ def error(model: Any) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
-    making, running = commands.add_parser("make"), commands.add_parser("run")
+    making, running, summing = (commands.add_parser(name) for name in ("make", "run", "sums"))
     making.add_argument("--trajectories", type=int, default=1_000_000)
-    running.add_argument("--workers", type=int, nargs="+", default=[1, 2])
-    running.add_argument("--most-landmarks", type=int, default=400)
-    for command in (making, running):
+    for command in (running, summing):
+        command.add_argument("--workers", type=int, nargs="+", default=[1, 2])
+        command.add_argument("--most-landmarks", type=int, default=400)
+    for command in (making, running, summing):
         command.add_argument("folder", type=Path)
     said = parser.parse_args()
     if said.command == "make":
         make(said.folder, said.trajectories)
     else:
-        run(said.folder, said.workers, said.most_landmarks)
+        work = run if said.command == "run" else sums
+        work(said.folder, said.workers, said.most_landmarks)
 
 
 if __name__ == "__main__":
