@@ -103,6 +103,18 @@ def test_autonomous_systems_have_no_inputs():
     assert np.abs(fitted.predict(states[:100]) - truth).max() < 0.05
 
 
+def test_data_without_noise_are_enough():
+    """Gaussian kernels follow a simulator's numbers so far that no noise is left to weigh them by."""
+
+    def lorenz(x):
+        return np.array([10 * (x[1] - x[0]), x[0] * (28 - x[2]) - x[1], x[0] * x[1] - 8 / 3 * x[2]]) / 8
+
+    states = simulated(lambda x, _: lorenz(x), np.array([-8.0, 8.0, 27.0]), np.zeros(2000))[::2]
+    fitted = lacuna.Identifier().fit(states, t=2 * STEP)
+    truth = np.array([lorenz(x) for x in states])
+    assert np.abs(fitted.predict(states) - truth).max() < 1e-4 * np.abs(truth).max()
+
+
 def test_parameters_are_got_set_and_cloned():
     from sklearn.base import clone
 

@@ -2,12 +2,9 @@
 
 use crate::identification::{Asked, Columns, Conditioning, Motion, input_hold};
 use crate::occupation::Arguments::State;
-use crate::occupation::{Identification, IdentificationError, IdentifiedModel, InputPath};
+use crate::occupation::{Identification, IdentifiedModel, InputPath};
 use crate::recordings::Recording;
 use std::error::Error;
-
-/// Regularisation of recordings without noise, as simulators write them: none that is chosen by noise is enough there.
-const NOISE_FREE: f64 = 1e-8;
 
 /// Recordings of the simulator or of the machine, and f and g of them.
 #[derive(Debug)]
@@ -36,12 +33,7 @@ impl Side {
         let noise = conditioning.condition(columns, &asked.units, &mut recordings)?;
         let motion = Motion::of(columns, &noise, &recordings, input_hold(path))?;
         let motions: Vec<_> = motion.stretches.iter().map(|s| s.measured.clone()).collect();
-        let mut identification = Identification::new(columns.order, State, path);
-        let mut found = identification.identify(&motions);
-        if matches!(found, Err(IdentificationError::NoEvidence)) {
-            identification.lambda = Some(NOISE_FREE);
-            found = identification.identify(&motions);
-        }
+        let found = Identification::new(columns.order, State, path).identify(&motions);
         let found = found.map_err(|e| format!("{}: {e}", motion.names.join(", ")))?;
         let notes = conditioning.notes();
         Ok(Self { names: motion.names.clone(), model: found.model, notes, motion })

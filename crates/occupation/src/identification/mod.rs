@@ -71,6 +71,8 @@ const TRIAL_LANDMARKS: usize = 120;
 const FOLLOWS: f64 = 1.2;
 /// Landmarks may leave this share of the posterior standard deviation.
 const LANDMARK_SHARE: f64 = 0.01;
+/// Regularisation lambda of data without noise: none that is chosen by noise is enough there.
+pub const NOISE_FREE: f64 = 1e-8;
 /// Most landmarks of a drift and of a control effectiveness, whatever is asked for: the latter is simpler (in mechanics it
 /// does not depend on velocities).
 const TERM_LIMITS: [usize; 2] = [usize::MAX, 80];
@@ -123,12 +125,22 @@ impl Identification {
 
     /// Identifies f and g from motions, all with the same coordinates and inputs.
     ///
-    /// The result does not depend on the number of threads.
+    /// The result does not depend on the number of threads. Where no lambda is given and the data, without noise as
+    /// simulators write them, leave none that a computer's numbers bear, it is [`NOISE_FREE`].
     ///
     /// # Errors
     /// No motion, motions of different shape, settings out of range, channels that never change, and data from which
     /// no model can be made that stays near them.
     pub fn identify(&self, motions: &[Motion]) -> Result<Identified, IdentificationError> {
+        match self.as_asked(motions) {
+            Err(IdentificationError::NoEvidence) if self.lambda.is_none() => {
+                Self { lambda: Some(NOISE_FREE), ..self.clone() }.as_asked(motions)
+            }
+            found => found,
+        }
+    }
+
+    fn as_asked(&self, motions: &[Motion]) -> Result<Identified, IdentificationError> {
         self.validate(motions)?;
         let data = Data::of(self, motions)?;
         let Chosen { rows, more, shots } = self.chosen(&data)?;
