@@ -79,9 +79,7 @@ impl<'p> Search<'p> {
         if supposed.len() - first < 2 || fit.reduced() > self.decision.explained {
             return true;
         }
-        let without = |k: usize| {
-            Some((k, fit.without(k, QUICK).ok()?))
-        };
+        let without = |k: usize| Some((k, fit.without(k, QUICK).ok()?));
         // That without which the others do best.
         let least = (first..supposed.len()).filter_map(without);
         let least = least.min_by(|a, b| a.1.misfit().total_cmp(&b.1.misfit()));

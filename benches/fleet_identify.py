@@ -1,8 +1,8 @@
 """`lacuna.fleet.identify` on many trajectories: made with ``make``, measured with ``run``.
 
-    python python/benchmarks/fleet_identify.py make DIR --trajectories 1000000
-    python python/benchmarks/fleet_identify.py run DIR --workers 1 2
-    python python/benchmarks/fleet_identify.py sums DIR --workers 1 2 --most-landmarks 150
+    python benches/fleet_identify.py make DIR --trajectories 1000000
+    python benches/fleet_identify.py run DIR --workers 1 2
+    python benches/fleet_identify.py sums DIR --workers 1 2 --most-landmarks 150
 
 The machine is the two-link arm of the studies (`lacuna_plants::TwoLinkArm`), with torques that are held from sample to
 sample and noise on what is measured; ``run`` tells how far the drift is from the arm's own. ``sums`` measures
