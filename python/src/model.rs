@@ -2,6 +2,7 @@
 
 use crate::error::told;
 use crate::function::{Inertia, PythonFunction, Raised};
+use crate::recording::Recording;
 use lacuna::models::{AnyModel, no_equations, read_equations};
 use lacuna::plants::dynamics::Sizes;
 use lacuna::plants::model::{Augmentation, Builder, Parameter};
@@ -44,10 +45,16 @@ struct Described {
 
 #[pymethods]
 impl Model {
-    /// A model of equations: TOML, URDF, MJCF or an FMU.
+    /// A model of equations: TOML, URDF, MJCF or an FMU; for recordings as `like`, if one is given.
     #[staticmethod]
-    fn read(path: PathBuf) -> PyResult<Self> {
-        let model = read_equations(&path, None).map_err(told)?;
+    #[pyo3(signature = (path, like=None))]
+    fn read(path: PathBuf, like: Option<Py<Recording>>) -> PyResult<Self> {
+        let mut model = read_equations(&path, None).map_err(told)?;
+        if let Some(like) = like {
+            let recorded = like.get().as_recorded(&model.time_column, 1).map_err(told)?;
+            let columns: Vec<String> = recorded.columns.into_iter().map(|c| c.name).collect();
+            model = model.driven_by(&columns).map_err(told)?;
+        }
         Ok(Self::of(model, Some(path), Raised::default()))
     }
 

@@ -70,3 +70,18 @@ def test_robots_are_models(tmp_path):
         '<geom type="capsule" fromto="0 0 0 0 0 -1" size="0.05" mass="1"/></body></worldbody></mujoco>'
     )
     assert list(lacuna.Model.from_mjcf(mjcf).states) == ["hinge", "hinge_vel"]
+
+
+def test_a_recording_says_whether_a_servo_is_told_where_to_be(tmp_path):
+    mjcf = tmp_path / "servo.xml"
+    mjcf.write_text(
+        '<mujoco><worldbody><body name="rod"><joint name="hinge" type="hinge" axis="0 1 0"/>'
+        '<geom type="capsule" fromto="0 0 0 0 0 -1" size="0.05" mass="1"/></body></worldbody>'
+        '<actuator><position joint="hinge" kp="30" kv="2"/></actuator></mujoco>'
+    )
+    commanded = {"t": np.arange(5.0), "hinge": np.zeros(5), "hinge_command": np.zeros(5)}
+    model = lacuna.Model.from_mjcf(mjcf, like=commanded)
+    assert list(model.inputs) == ["hinge_command"]
+    assert (model.parameters["hinge.kp"].value, model.parameters["hinge.kd"].value) == (30.0, 2.0)
+    for like in (None, {**commanded, "hinge_torque": np.zeros(5)}):
+        assert list(lacuna.Model.from_mjcf(mjcf, like=like).inputs) == ["hinge_torque"]

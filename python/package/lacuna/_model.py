@@ -14,6 +14,7 @@ import numpy.typing as npt
 from . import _lacuna
 from ._equations import Equations
 from ._lacuna import LacunaError
+from ._recording import as_recordings
 
 if TYPE_CHECKING:
     from ._runs import Simulation
@@ -61,9 +62,18 @@ class Model:
         return cls(_lacuna.Model.read(path))
 
     @classmethod
-    def from_mjcf(cls, path: str | os.PathLike[str]) -> Model:
-        """Read a robot from its MJCF, all that it does not say as where a model file does not."""
-        return cls(_lacuna.Model.read(path))
+    def from_mjcf(cls, path: str | os.PathLike[str], like: Any = None) -> Model:
+        """Read a robot from its MJCF, all that it does not say as where a model file does not.
+
+        Parameters
+        ----------
+        path : path
+            The MJCF.
+        like : Recording, or what one is made of, optional
+            One of the recordings that the model is for: a joint that a ``<position>`` actuator drives follows its command
+            where this holds ``JOINT_command`` and no ``JOINT_torque``. Without, torques drive all joints.
+        """
+        return cls(_lacuna.Model.read(path, None if like is None else as_recordings(like)[0]._own))
 
     @classmethod
     def from_fmu(cls, path: str | os.PathLike[str]) -> Model:

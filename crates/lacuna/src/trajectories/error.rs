@@ -108,7 +108,7 @@ pub enum TrajectoriesError {
         /// Its number, as ` (id = 3)`.
         name: String,
         /// What is wrong.
-        source: IdentificationError,
+        source: Box<IdentificationError>,
     },
     /// Data or sums from which nothing can be identified.
     #[error(transparent)]

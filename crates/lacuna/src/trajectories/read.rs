@@ -21,7 +21,7 @@ pub(super) struct Place {
 
 impl Place {
     pub fn error(&self, source: IdentificationError) -> TrajectoriesError {
-        let Self { file, group, row, samples, name } = self.clone();
+        let (Self { file, group, row, samples, name }, source) = (self.clone(), Box::new(source));
         TrajectoriesError::Trajectory { file, group, row, samples, name, source }
     }
 }
@@ -156,15 +156,16 @@ impl<'c> Reader<'c> {
 
 /// Rows that stand together and have the same number; all of them where there is none.
 fn runs(numbers: Option<&[f64]>, rows: usize) -> Vec<Range<usize>> {
-    let Some(numbers) = numbers else { return vec![0..rows] };
+    let lengths: Vec<usize> = match numbers {
+        Some(numbers) => numbers.chunk_by(|a, b| a == b).map(<[f64]>::len).collect(),
+        None => vec![rows],
+    };
     let mut first = 0;
-    let parts = numbers.chunk_by(|a, b| a == b);
-    parts
-        .map(|part| {
-            first += part.len();
-            first - part.len()..first
-        })
-        .collect()
+    let run = |length| {
+        first += length;
+        first - length..first
+    };
+    lengths.into_iter().map(run).collect()
 }
 
 /// Columns as rows.
