@@ -21,6 +21,9 @@ pub struct Stream(occupation::Stream);
 #[pyclass(frozen, module = "lacuna._lacuna")]
 pub struct Sums(occupation::Sums);
 
+/// Columns of time, trajectories, coordinates, rates and inputs.
+type ColumnNames = (String, Option<String>, Vec<String>, Option<Vec<String>>, Vec<String>);
+
 /// On one thread: other processes have the rest.
 fn alone<T: Send, E: ToString + Send>(
     py: Python<'_>,
@@ -45,11 +48,7 @@ impl Trajectories {
 
     /// Of the files that match a pattern, in columns of these names: time, trajectory, coordinates, rates, inputs.
     #[staticmethod]
-    fn find(
-        py: Python<'_>,
-        pattern: &str,
-        names: (String, Option<String>, Vec<String>, Option<Vec<String>>, Vec<String>),
-    ) -> PyResult<Self> {
+    fn find(py: Python<'_>, pattern: &str, names: ColumnNames) -> PyResult<Self> {
         let (time, trajectory, coordinates, rates, inputs) = names;
         let columns = Columns { time, trajectory, coordinates, rates, inputs };
         alone(py, || lacuna::trajectories::Trajectories::find(pattern, columns)).map(Self)
