@@ -119,9 +119,9 @@ mod tests {
             let of_sums: f64 =
                 at_samples(&motion, path).iter().zip(&times).map(|(v, t)| 0.05 * v * p(*t)).sum();
             let mut exact = 0.0;
-            for k in 0..40 {
+            for (k, begin) in times[..40].iter().enumerate() {
                 for part in 0..100 {
-                    let t = times[k] + 0.05 * (f64::from(part) + 0.5) / 100.0;
+                    let t = begin + 0.05 * (f64::from(part) + 0.5) / 100.0;
                     let mut u = [0.0];
                     input_at(&motion, path, k, t, &mut u);
                     exact += 0.05 / 100.0 * u[0] * p(t);
