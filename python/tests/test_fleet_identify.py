@@ -6,7 +6,6 @@ import os
 import pickle
 import signal
 import threading
-import time
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,8 @@ import lacuna
 import numpy as np
 import pytest
 
-pa = pytest.importorskip("pyarrow")
-pq = pytest.importorskip("pyarrow.parquet")
+pa = pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+pq = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
 
 SAMPLES, STEP, COUNT, FILES = 41, 0.04, 6000, 4
 NAMES = {"coordinates": ["q"], "rates": ["v"], "inputs": ["u"], "trajectory": "id", "order": 2}
@@ -88,7 +87,7 @@ def test_nothing_is_lost_and_the_model_is_right(alone: lacuna.Identifier, tmp_pa
 
 
 def test_workers_do_not_matter(folder: Path, alone: lacuna.Identifier) -> None:
-    distributed = pytest.importorskip("dask.distributed")
+    distributed = pytest.importorskip("dask.distributed", reason="Dask is not installed")
     for workers in (1, 2):
         options = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": None}
         with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
@@ -100,21 +99,29 @@ def test_workers_do_not_matter(folder: Path, alone: lacuna.Identifier) -> None:
 
 
 def test_a_worker_that_is_killed_costs_nothing(folder: Path, alone: lacuna.Identifier) -> None:
-    distributed = pytest.importorskip("dask.distributed")
+    distributed = pytest.importorskip("dask.distributed", reason="Dask is not installed")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         with distributed.Client(cluster) as client:
             victim = next(iter(client.run(os.getpid).values()))
 
+            done, killed = threading.Event(), []
+
             def kill() -> None:
-                # As soon as it holds something that others need.
-                while not client.has_what() or not any(client.has_what().values()):
-                    time.sleep(0.01)
-                os.kill(victim, signal.SIGKILL)
+                # As soon as one holds something that others need.
+                while not done.wait(0.01):
+                    if any(client.has_what().values()):
+                        os.kill(victim, signal.SIGKILL)
+                        killed.append(victim)
+                        return
 
             killer = threading.Thread(target=kill)
             killer.start()
-            found = lacuna.fleet.identify(folder / "*.parquet", client=client, **NAMES, **CHOSEN)
-            killer.join()
+            try:
+                found = lacuna.fleet.identify(folder / "*.parquet", client=client, **NAMES, **CHOSEN)
+            finally:
+                done.set()
+                killer.join()
+    assert killed == [victim]
     assert found.to_json() == alone.to_json()
 
 
@@ -183,7 +190,7 @@ def _fails(rng: np.random.Generator) -> float:
 
 
 def test_a_study_depends_on_its_seed_alone() -> None:
-    distributed = pytest.importorskip("dask.distributed")
+    distributed = pytest.importorskip("dask.distributed", reason="Dask is not installed")
     drawn = lacuna.fleet.study(_trial, 2500, seed=4)
     assert len(set(drawn)) == 2500
     assert lacuna.fleet.study(_trial, 3, seed=4) == drawn[:3]
