@@ -120,6 +120,24 @@ def test_recordings_cross_processes(machines: dict[str, Any]) -> None:
     assert pickle.loads(pickle.dumps(lacuna.Recording("a/run.csv")))._path == os.path.abspath("a/run.csv")
 
 
+def test_records_may_be_packed(machines: dict[str, Any]) -> None:
+    run = machines["m0"][0]
+    packed = np.zeros(len(run["t"]), [("flag", "i1"), *((name, float) for name in run)])
+    for name in run:
+        packed[name] = run[name]
+    fields = {name: packed[name] for name in run}
+    assert not any(field.flags.aligned for field in fields.values())
+    columns = dict(lacuna.Recording(fields)._own.parts()[0])
+    assert all(np.array_equal(columns[name], run[name]) for name in run)
+    fits = [lacuna.Identifier(2).fit(of["x"], of["u"], of["t"]) for of in (_as_columns(fields), _as_columns(run))]
+    assert fits[0].to_json() == fits[1].to_json()
+
+
+def _as_columns(run: dict[str, Any]) -> dict[str, Any]:
+    """With x as a matrix of one column."""
+    return {**run, "x": run["x"][:, None]}
+
+
 def test_a_worker_that_is_killed_costs_nothing(folder: Path) -> None:
     distributed = pytest.importorskip("dask.distributed", reason="Dask is not installed")
     alone = lacuna.fleet.diagnose(folder / "fleet.toml", out=folder / "alone")

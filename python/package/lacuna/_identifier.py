@@ -206,7 +206,7 @@ class Identifier:
         fitted = self._fitted()
         if t is None:
             raise LacunaError("simulate needs the times t, an array")
-        times = np.ascontiguousarray(t, dtype=np.float64)
+        times = _aligned(t)
         start = self._states(np.reshape(np.asarray(x0, dtype=np.float64), (1, -1)))[0]
         return fitted.simulate(start, times, self._inputs(u, len(times)))
 
@@ -360,7 +360,7 @@ def _trajectory(X: Any, U: Any, t: Any) -> Trajectory:
         raise LacunaError(
             f"inconsistent numbers of samples: X has {samples}, U {len(inputs)}, t shape {times.shape}"
         )
-    return np.ascontiguousarray(times), measured, inputs
+    return _aligned(times), measured, inputs
 
 
 def _matrix(data: Any, what: str) -> Array:
@@ -385,6 +385,11 @@ def _columns(data: Any, what: str) -> Array:
     return values.reshape(-1, 1) if values.ndim == 1 else _matrix(values, what)
 
 
+def _aligned(data: Any) -> Array:
+    """Numbers one after the other, where a processor reads them: fields of packed records are elsewhere."""
+    return np.require(data, np.float64, ["C", "A", "E"])
+
+
 def _numbers(data: Any, what: str) -> Array:
     if hasattr(data, "tocsr"):
         raise LacunaError(f"{what}: sparse data are not supported; expected an array")
@@ -392,7 +397,7 @@ def _numbers(data: Any, what: str) -> Array:
     if values.dtype.kind == "c":
         raise LacunaError(f"{what}: Complex data not supported; expected real numbers")
     try:
-        return np.ascontiguousarray(values, dtype=np.float64)
+        return _aligned(values)
     except ValueError as error:
         raise LacunaError(f"{what}: expected numbers; {error}") from None
 

@@ -337,7 +337,7 @@ def _batched(function: Function, what: str, shape: tuple[int, ...]) -> Function:
         if isinstance(given, tuple):
             given = np.stack([np.broadcast_to(one, len(t)) for one in given], axis=-1)
         # Symbols stay what they are.
-        values = np.ascontiguousarray(given, dtype=object if z.dtype == object else np.float64)
+        values = np.require(given, object if z.dtype == object else np.float64, ["C", "A", "E"])
         if values.shape != expected:
             raise LacunaError(
                 f"{what} must give an array of shape {expected}, a row for each of {len(t)} points; found "

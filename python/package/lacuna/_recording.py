@@ -112,7 +112,8 @@ def _of_pandas(frame: Any) -> Iterator[tuple[Any, Any]]:
 
 def _as_floats(name: Any, values: Any) -> npt.NDArray[np.float64]:
     try:
-        floats = np.asarray(values, dtype=np.float64)
+        # Aligned, as fields of packed records and what came through a network need not be.
+        floats = np.require(values, np.float64, ["A", "E"])
     except (TypeError, ValueError) as error:
         raise LacunaError(f"column '{name}': expected numbers; {error}") from None
     if floats.ndim != 1:
