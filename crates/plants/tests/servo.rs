@@ -252,7 +252,9 @@ fn a_robots_joint_follows_its_command() {
         "{OF_ARM}[parameters]\n\"elbow.kd\" = {{ value = 0.7, std = 0.1, unit = \"N m s/rad\" }}\n\
          [[actuator]]\ntemplate = \"pd_servo\"\nchannel = \"elbow\"\nkp = {{ value = 30, tolerance = 0.1 }}\n"
     );
-    let model = arm(ARM).model(&text).expect("a model");
+    // Its own file is there as long as this is: what is written is read again.
+    let folder = arm(ARM);
+    let model = folder.model(&text).expect("a model");
     let inputs: Vec<_> = model.inputs.iter().map(|i| (&*i.name, &*i.unit)).collect();
     assert_eq!(inputs, [("shoulder_torque", "N m"), ("elbow_command", "rad")]);
     let known = |name: &str| {
