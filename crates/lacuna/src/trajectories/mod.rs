@@ -1,4 +1,4 @@
-//! Trajectories of many Parquet files, for [`Stream`](crate::occupation::Stream): which there are, and chunks of them that
+//! Trajectories of many Parquet files, for [`Stream`]: which there are, and chunks of them that
 //! are read by whoever comes.
 //!
 //! | step | module |
