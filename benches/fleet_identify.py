@@ -151,7 +151,9 @@ def peak() -> tuple[float, float]:
     import resource
 
     used = resource.getrusage(resource.RUSAGE_SELF)
-    return used.ru_maxrss / 1024, used.ru_utime + used.ru_stime
+    # Not ru_maxrss: that begins with what the process had that it was forked from.
+    (peak,) = (line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM:"))
+    return int(peak.split()[1]) / 1024, used.ru_utime + used.ru_stime
 
 
 def error(model: Any) -> float:
