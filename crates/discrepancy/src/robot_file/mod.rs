@@ -13,7 +13,7 @@ mod structure;
 use crate::diagnosis::Finding;
 use crate::number::with_std;
 use crate::words::numbers;
-use acting::Acting;
+use acting::{Acting, Known};
 use lacuna_effects::servo;
 use lacuna_plants::Model;
 use lacuna_plants::model::{Augmentation, RobotFile};
@@ -63,7 +63,8 @@ pub fn augmented(
 ) -> Result<Option<Augmented>, RobotError> {
     let Some(file) = model.robot_file() else { return Ok(None) };
     let acting = acting::effects(model, augmentation, findings);
-    let planned = planned(model, file, (augmentation, &acting));
+    let known = acting::parameters(model, augmentation);
+    let planned = planned(model, file, (&known, &acting));
     let edits = planned
         .iter()
         .map(|p| Edit { change: p.change.clone(), says: format!("lacuna: {} {}", p.what, p.says) });
@@ -76,7 +77,7 @@ pub fn augmented(
             LeftOut { what: format!("{what} {of}"), details: format!("{says}: {why}") }
         })
         .collect();
-    left_out.extend(play(model, augmentation, file.format));
+    left_out.extend(play(model, &known, file.format));
     left_out.extend(acting.iter().filter_map(|a| beyond(a, file.format)));
     let name = format!("augmented.{}", file.format.extension());
     let text = match edited.text == file.text && left_out.is_empty() {
@@ -87,16 +88,11 @@ pub fn augmented(
 }
 
 /// What is to be another than the file says.
-fn planned(
-    model: &Model,
-    file: &RobotFile,
-    (augmentation, acting): (&Augmentation, &[Acting]),
-) -> Vec<Planned> {
-    let all = acting::parameters(model, augmentation);
+fn planned(model: &Model, file: &RobotFile, (all, acting): (&[Known], &[Acting])) -> Vec<Planned> {
     let bodies = model.dynamics().tree().map_or(&[][..], |tree| &tree.bodies);
     let mut planned = vec![];
-    for (body, known) in bodies.iter().zip(model.by_body(&all)) {
-        planned.extend(joints::changes(&body.joint, (&known, &all), acting, model));
+    for (body, known) in bodies.iter().zip(model.by_body(all)) {
+        planned.extend(joints::changes(&body.joint, (&known, all), acting, model));
         planned.extend(structure::link(body, &known.inertia, acting));
     }
     planned.extend(structure::gravity(file, acting));
@@ -104,11 +100,10 @@ fn planned(
 }
 
 /// Play of servos, of which no such file knows.
-fn play(model: &Model, augmentation: &Augmentation, format: Format) -> Vec<LeftOut> {
-    let all = acting::parameters(model, augmentation);
+fn play(model: &Model, all: &[Known], format: Format) -> Vec<LeftOut> {
     let joints = model.dynamics().tree().into_iter().flat_map(Tree::joints);
     let of = |joint: &Joint| {
-        let known = joints::of_servo(joint, &all, &servo::BACKLASH).filter(|k| k.value > 0.0)?;
+        let known = joints::of_servo(joint, all, &servo::BACKLASH).filter(|k| k.value > 0.0)?;
         let size = with_std(known.value, known.std, &known.parameter.unit).replace('±', "+-");
         Some(LeftOut {
             what: format!("{} of the servo of joint {}", servo::BACKLASH.name, joint.name),

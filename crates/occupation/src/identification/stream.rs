@@ -319,13 +319,7 @@ impl Stream {
         if sums.motions == 0 {
             return Err(IdentificationError::NoMotion);
         }
-        let of = |sums: &Sums| sums.rows.iter().map(|row| row.moment.len()).collect::<Vec<_>>();
-        let (own, other) = (of(&self.none()), of(sums));
-        if own == other {
-            return Ok(());
-        }
-        let (expected, found) = (own.iter().sum(), other.iter().sum());
-        Err(IdentificationError::OtherStream { what: "coefficients", expected, found })
+        self.none().check_like(sums)
     }
 
     /// Coefficients of a row under the noise that they leave.
@@ -383,16 +377,22 @@ impl Sums {
     /// # Errors
     /// Sums of another stream.
     pub fn merge(&mut self, other: &Self) -> Result<(), IdentificationError> {
-        let size = |sums: &Self| sums.rows.iter().map(|row| row.moment.len()).collect::<Vec<_>>();
-        let (own, others) = (size(self), size(other));
-        if own != others {
-            let (expected, found) = (own.iter().sum(), others.iter().sum());
-            return Err(IdentificationError::OtherStream { what: "coefficients", expected, found });
-        }
+        self.check_like(other)?;
         self.rows.iter_mut().zip(&other.rows).for_each(|(row, other)| row.merge(other));
         self.motions += other.motions;
         self.samples += other.samples;
         Ok(())
+    }
+
+    /// That others are of equations of the same coefficients.
+    fn check_like(&self, other: &Self) -> Result<(), IdentificationError> {
+        let size = |sums: &Self| sums.rows.iter().map(|row| row.moment.len()).collect::<Vec<_>>();
+        let (own, others) = (size(self), size(other));
+        if own == others {
+            return Ok(());
+        }
+        let (expected, found) = (own.iter().sum(), others.iter().sum());
+        Err(IdentificationError::OtherStream { what: "coefficients", expected, found })
     }
 
     /// Memory that they take, in bytes.

@@ -10,6 +10,7 @@ mod program;
 mod token;
 
 pub use graph::{Binary, Graph, Node, NodeId, Unary};
+pub(crate) use parse::hint;
 pub use parse::{ExpressionError, Problem, nearest, parse};
 pub(crate) use parse::{FORCE_ON, is_function, names_in};
 pub use program::{Bound, Program};

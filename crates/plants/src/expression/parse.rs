@@ -332,6 +332,12 @@ pub fn nearest(name: &str, names: &[String]) -> Option<String> {
     near.map(|(_, n)| n).or_else(part).cloned()
 }
 
+/// What is said of a name that is none of those that are declared: the nearest, if one is near.
+#[must_use]
+pub(crate) fn hint(name: &str, names: &[String]) -> String {
+    nearest(name, names).map_or_else(String::new, |near| format!(", did you mean '{near}'?"))
+}
+
 /// Levenshtein distance, letter case apart.
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.to_lowercase().chars().collect();

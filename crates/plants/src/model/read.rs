@@ -412,17 +412,10 @@ impl Reader<'_> {
         name: &str,
         p: &RawParameter,
     ) -> Result<(Uncertainty, Range<usize>), ModelError> {
-        match (&p.tolerance, &p.std) {
-            (Some(_), Some(std)) => {
-                let message = format!(
-                    "'{name}' has both a tolerance (relative) and a std (in its unit): say one of them"
-                );
-                Err(self.error(std.span(), message))
-            }
-            (None, Some(std)) => Ok((Uncertainty::Absolute(*std.get_ref()), std.span())),
-            (Some(t), None) => Ok((Uncertainty::Relative(*t.get_ref()), t.span())),
-            (None, None) => Ok((Uncertainty::Relative(0.0), p.value.span())),
-        }
+        let said = p.std.as_ref().or(p.tolerance.as_ref()).unwrap_or(&p.value);
+        let number = |s: &Option<Spanned<f64>>| s.as_ref().map(|s| *s.get_ref());
+        let uncertainty = value::uncertainty(name, number(&p.tolerance), number(&p.std));
+        Ok((uncertainty.map_err(|e| self.error(said.span(), e))?, said.span()))
     }
 
     fn equations(&self, raw: &File, names: &Names, nodes: &mut Nodes) -> Result<(), ModelError> {

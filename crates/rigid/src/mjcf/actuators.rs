@@ -25,7 +25,7 @@ pub(super) fn read<'a>(
     let places: HashMap<String, usize> =
         joints.iter().enumerate().map(|(place, j)| (j.name.clone(), place)).collect();
     let mut drives = vec![0; joints.len()];
-    for element in root.children("actuator").flat_map(Element::elements) {
+    for element in all(root) {
         let part = defaults.part(element, ACTUATOR, ClassId::MAIN)?;
         let (armature, damping) = (part.positive("armature")?, part.positive("damping")?);
         let place = driven(element).and_then(|name| places.get(name));
@@ -51,8 +51,17 @@ pub(super) fn read<'a>(
     Ok(())
 }
 
+fn all(root: Element<'_>) -> impl Iterator<Item = Element<'_>> {
+    root.children("actuator").flat_map(Element::elements)
+}
+
+/// The actuators that drive a joint.
+pub(super) fn of_joint<'a>(root: Element<'a>, joint: &str) -> impl Iterator<Item = Element<'a>> {
+    all(root).filter(move |element| driven(*element) == Some(joint))
+}
+
 /// The joint that an actuator drives.
-pub(super) fn driven(element: Element<'_>) -> Option<&str> {
+fn driven(element: Element<'_>) -> Option<&str> {
     element.get("joint").or_else(|| element.get("jointinparent"))
 }
 

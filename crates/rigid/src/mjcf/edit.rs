@@ -160,9 +160,8 @@ fn servo(
     says: &str,
 ) -> Result<(), Unstated> {
     let own = joint_of(robot, joint)?.servo.ok_or(Unstated::NoServo)?;
-    let of_joint = |e: &Element| actuators::driven(*e) == Some(joint);
-    let mut all = root.children("actuator").flat_map(Element::elements).filter(of_joint);
-    let element = all.next().filter(|e| e.tag() == "position").ok_or(Unstated::NoServo)?;
+    let first = actuators::of_joint(root, joint).next();
+    let element = first.filter(|e| e.tag() == "position").ok_or(Unstated::NoServo)?;
     let defaults = Defaults::read(root)?;
     let part: Part = defaults.part(element, ACTUATOR, ClassId::MAIN)?;
     let gear = actuators::gear(&part)?;
@@ -186,9 +185,7 @@ fn gain(
     says: &str,
 ) -> Result<(), Unstated> {
     let defaults = Defaults::read(root)?;
-    let drives = |e: &Element| actuators::driven(*e) == Some(joint);
-    let all = root.children("actuator").flat_map(Element::elements).filter(drives);
-    let all = all.collect::<Vec<_>>();
+    let all: Vec<Element> = actuators::of_joint(root, joint).collect();
     if all.is_empty() {
         return Err(Unstated::NoMotor);
     }

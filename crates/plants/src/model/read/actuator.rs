@@ -1,14 +1,14 @@
 //! `[[actuator]]`: what turns a command into the force on a coordinate, by a template.
 
 use super::Reader;
-use super::value::factor;
+use super::value::{check_range, factor, uncertainty};
 use crate::dynamics::{Dynamics, Servo};
-use crate::expression::nearest;
+use crate::expression::hint;
 use crate::model::name::unlike;
 use crate::model::units::same_unit;
-use crate::model::{Model, ModelEffect, ModelError, Parameter, RecordedInput, Uncertainty, quoted};
+use crate::model::{Model, ModelEffect, ModelError, Parameter, RecordedInput, quoted};
 use indexmap::IndexMap;
-use lacuna_effects::{Parameter as Described, Range as Admitted, servo};
+use lacuna_effects::{Parameter as Described, servo};
 use serde::Deserialize;
 use std::ops::Range;
 use std::sync::Arc;
@@ -110,68 +110,60 @@ impl Reader<'_> {
         own: Option<&[Option<OfFile>]>,
         before: &[Servo],
     ) -> Result<Read, ModelError> {
-        let header = self.header(table.span(), HEADER);
-        let raw = table.get_ref();
-        let whole = |message: String| self.error(header.clone(), message);
-        let template = self.needs_name(raw, "template", &header)?;
-        if template.0 != servo::TEMPLATE {
-            let message = format!(
-                "unknown template {}; there is {}",
-                quoted(template.0),
-                quoted(servo::TEMPLATE)
-            );
-            return Err(self.error(template.1, message));
-        }
+        let (header, raw) = (self.header(table.span(), HEADER), table.get_ref());
+        self.check_template(raw, &header)?;
         self.check_keys(raw)?;
         let (name, place) = self.needs_name(raw, "channel", &header)?;
-        let coordinate = self.driven((name, place.clone()), model)?;
-        if before.iter().any(|s| s.coordinate == coordinate) {
-            let message = format!("'{name}' has an actuator already: a coordinate has one");
-            return Err(self.error(place, message));
-        }
+        let coordinate = self.driven((name, place), model, before)?;
         let command = match self.name(raw, "command")? {
             Some((command, place)) => (command.to_owned(), place),
             None => (servo::command_of(name), header.clone()),
         };
-        let unit = model.state_unit(coordinate);
-        let command_place = command.1.clone();
-        let input = match own {
-            Some(_) => self.commanded(command, (coordinate, &unit), model)?,
-            None => self.followed(command, &unit, model)?,
-        };
-        if before.iter().any(|s| s.input == input) {
-            let message = "another servo follows this command already: each has one of its own";
-            return Err(self.error(command_place, message.to_owned()));
-        }
-        let units = Units { force: model.force_unit(coordinate), coordinate: unit };
+        let input = self.commanded(command, (coordinate, own.is_some()), model, before)?;
+        let units =
+            Units { force: model.force_unit(coordinate), coordinate: model.state_unit(coordinate) };
         let stated = own.and_then(|joints| *joints.get(coordinate)?);
-        let mut parameters = vec![];
-        let mut add = |number: &Described, stated: Option<f64>| {
-            let parameter = self.number(raw, (name, number), &units, stated)?;
-            let is_there = parameter.is_some();
-            parameters.extend(parameter);
-            Ok(is_there)
+        let number = |number: &Described, stated: Option<f64>| {
+            self.number(raw, (name, number), &units, stated)
         };
-        if !add(&servo::GAIN, stated.map(|s| s.gain))? {
-            let unit = servo::GAIN.unit.text(&units.force, &units.coordinate, "");
-            return Err(whole(format!(
-                "the servo of '{name}' needs kp = {{ value = ..., unit = {} }}",
-                quoted(&unit)
-            )));
+        let gain = number(&servo::GAIN, stated.map(|s| s.gain))?.ok_or_else(|| {
+            let unit = quoted(&servo::GAIN.unit.text(&units.force, &units.coordinate, ""));
+            let message =
+                format!("the servo of '{name}' needs kp = {{ value = ..., unit = {unit} }}");
+            self.error(header, message)
+        })?;
+        let damping = number(&servo::DAMPING, Some(stated.map_or(0.0, |s| s.damping)))?;
+        let limit = number(&servo::SATURATION, stated.and_then(|s| s.limit))?;
+        let play = number(&servo::BACKLASH, None)?;
+        let (saturates, plays) = (limit.is_some(), play.is_some());
+        let delay = number(&servo::DELAY, None)?;
+        self.check_delay(raw, delay.as_ref())?;
+        Ok(Read {
+            servo: Servo { coordinate, input, saturates, plays },
+            parameters: [Some(gain), damping, limit, play].into_iter().flatten().collect(),
+            delay: delay.map(|delay| delay.value),
+        })
+    }
+
+    fn check_template(&self, raw: &RawActuator, header: &Range<usize>) -> Result<(), ModelError> {
+        let (template, place) = self.needs_name(raw, "template", header)?;
+        if template == servo::TEMPLATE {
+            return Ok(());
         }
-        add(&servo::DAMPING, Some(stated.map_or(0.0, |s| s.damping)))?;
-        let saturates = add(&servo::SATURATION, stated.and_then(|s| s.limit))?;
-        let plays = add(&servo::BACKLASH, None)?;
-        let delay = self.number(raw, (name, &servo::DELAY), &units, None)?;
-        if let Some((delay, place)) = delay.as_ref().zip(raw.get(servo::DELAY.name))
-            && delay.std() > 0.0
-        {
-            let message = "the delay that is stated is not calibrated: say it without tolerance or std, or \
-                leave it out, and a diagnosis looks for it";
-            return Err(self.error(place.span(), message.to_owned()));
+        let (found, known) = (quoted(template), quoted(servo::TEMPLATE));
+        Err(self.error(place, format!("unknown template {found}; there is {known}")))
+    }
+
+    /// That a delay, which is an effect and no parameter, is not to be calibrated.
+    fn check_delay(&self, raw: &RawActuator, delay: Option<&Parameter>) -> Result<(), ModelError> {
+        match delay.zip(raw.get(servo::DELAY.name)) {
+            Some((delay, place)) if delay.std() > 0.0 => {
+                let message = "the delay that is stated is not calibrated: say it without tolerance or std, or \
+                    leave it out, and a diagnosis looks for it";
+                Err(self.error(place.span(), message.to_owned()))
+            }
+            _ => Ok(()),
         }
-        let place = Servo { coordinate, input, saturates, plays };
-        Ok(Read { servo: place, parameters, delay: delay.map(|delay| delay.value) })
     }
 
     /// A name that a table gives, and its place.
@@ -202,29 +194,25 @@ impl Reader<'_> {
             NAMES.into_iter().chain(NUMBERS.map(|n| n.name)).map(str::to_owned).collect();
         match raw.0.keys().find(|key| !known.contains(key.get_ref())) {
             Some(key) => {
-                let near = nearest(key.get_ref(), &known);
-                let hint = near.map_or_else(String::new, |n| format!(", did you mean '{n}'?"));
-                let message = format!(
-                    "an actuator has no '{}'{hint}; there are {}",
-                    key.get_ref(),
-                    known.join(", ")
-                );
+                let (name, hint) = (key.get_ref(), hint(key.get_ref(), &known));
+                let message =
+                    format!("an actuator has no '{name}'{hint}; there are {}", known.join(", "));
                 Err(self.error(key.span(), message))
             }
             None => Ok(()),
         }
     }
 
-    /// The coordinate that an actuator drives.
+    /// The coordinate that an actuator drives, which none of those before does.
     fn driven(
         &self,
         (name, place): (&str, Range<usize>),
         model: &Model,
+        before: &[Servo],
     ) -> Result<usize, ModelError> {
         let names: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
         let Some(found) = names.iter().position(|n| n == name) else {
-            let near = nearest(name, &names);
-            let hint = near.map_or_else(String::new, |n| format!(", did you mean '{n}'?"));
+            let hint = hint(name, &names);
             let message = format!(
                 "an actuator drives a second-order coordinate, and '{name}' is none{hint}; there are {}",
                 names.join(", ")
@@ -235,7 +223,31 @@ impl Reader<'_> {
             let message = format!("the motion of '{name}' is imposed: no actuator drives it");
             return Err(self.error(place, message));
         }
+        if before.iter().any(|s| s.coordinate == found) {
+            let message = format!("'{name}' has an actuator already: a coordinate has one");
+            return Err(self.error(place, message));
+        }
         Ok(found)
+    }
+
+    /// The input that the servo of a coordinate follows, which none of those before does; of a robot, that of its joint.
+    fn commanded(
+        &self,
+        (name, place): (String, Range<usize>),
+        (coordinate, is_robot): (usize, bool),
+        model: &mut Model,
+        before: &[Servo],
+    ) -> Result<usize, ModelError> {
+        let (unit, command) = (model.state_unit(coordinate), (name, place.clone()));
+        let input = match is_robot {
+            true => self.renamed(command, (coordinate, &unit), model)?,
+            false => self.followed(command, &unit, model)?,
+        };
+        if before.iter().any(|s| s.input == input) {
+            let message = "another servo follows this command already: each has one of its own";
+            return Err(self.error(place, message.to_owned()));
+        }
+        Ok(input)
     }
 
     /// The input that a servo follows, among those that are declared.
@@ -247,8 +259,7 @@ impl Reader<'_> {
     ) -> Result<usize, ModelError> {
         let names: Vec<String> = model.inputs.iter().map(|i| i.name.clone()).collect();
         let Some(found) = names.iter().position(|n| *n == name) else {
-            let near = nearest(&name, &names);
-            let hint = near.map_or_else(String::new, |n| format!(", did you mean '{n}'?"));
+            let hint = hint(&name, &names);
             let message = format!(
                 "the servo follows '{name}', which is no input{hint}; there are {}: say [[input]] with \
                  name = {}, unit = {}, or command = \"...\" here",
@@ -270,7 +281,7 @@ impl Reader<'_> {
     }
 
     /// The input of a robot's joint, which is no torque but a command.
-    fn commanded(
+    fn renamed(
         &self,
         (name, place): (String, Range<usize>),
         (coordinate, unit): (usize, &str),
@@ -300,13 +311,7 @@ impl Reader<'_> {
         };
         let Some(given) = given else { return Ok(None) };
         let at = |message: String| self.error(place.clone(), message);
-        if !number.range.contains(given.value) {
-            let must = match number.range {
-                Admitted::Positive => "more than 0",
-                _ => "0 or more",
-            };
-            return Err(at(format!("'{key}' must be {must}; found {}", given.value)));
-        }
+        check_range(number, given.value).map_err(at)?;
         let (factor, unit) = match given.unit {
             None => (1.0, expected),
             Some(written) => {
@@ -315,15 +320,8 @@ impl Reader<'_> {
                 (factor, if factor == 1.0 { written } else { expected })
             }
         };
-        let uncertainty = match (given.tolerance, given.std) {
-            (Some(_), Some(_)) => {
-                return Err(at(format!(
-                    "'{key}' has both a tolerance (relative) and a std (in its unit): say one of them"
-                )));
-            }
-            (_, Some(std)) => Uncertainty::Absolute(factor * std),
-            (tolerance, None) => Uncertainty::Relative(tolerance.unwrap_or(0.0)),
-        };
+        let std = given.std.map(|std| factor * std);
+        let uncertainty = uncertainty(key, given.tolerance, std).map_err(at)?;
         let name = format!("{channel}.{key}");
         let parameter = Parameter { name, value: factor * given.value, unit, uncertainty };
         parameter.check().map_err(|e| at(e.to_string()))?;

@@ -3,7 +3,7 @@
 use super::Reader;
 use super::channel::{effect_channel, force_channel, inputs, named_input};
 use super::value::{Given, RawValue};
-use crate::expression::nearest;
+use crate::expression::hint;
 use crate::model::{Model, ModelEffect, ModelError};
 use indexmap::IndexMap;
 use lacuna_effects::{CATALOGUE, Effect, Kind, Parameter, Variable};
@@ -207,8 +207,7 @@ impl RawEffect {
 fn find(class: &str) -> Result<&'static Effect, String> {
     lacuna_effects::find(class).ok_or_else(|| {
         let classes: Vec<_> = CATALOGUE.iter().map(|e| e.class.to_owned()).collect();
-        let near = nearest(class, &classes);
-        let hint = near.map_or_else(String::new, |n| format!(", did you mean '{n}'?"));
+        let hint = hint(class, &classes);
         format!("unknown effect class '{class}'{hint}; there are {}", classes.join(", "))
     })
 }

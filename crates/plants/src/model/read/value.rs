@@ -1,5 +1,6 @@
 //! The value of an effect's entry, in the ways in which it can be written.
 
+use crate::model::Uncertainty;
 use crate::model::units::same_unit;
 use lacuna_effects::{Kind, Parameter, Range};
 use lacuna_units::{Unit, convert_factor};
@@ -67,15 +68,7 @@ impl RawValue {
                 .map_err(|why| format!("'{}' is given in {written}; {why}", p.name))?;
             given.scale(factor);
         }
-        let outside = |v: &&f64| !p.range.contains(**v);
-        if let Some(value) = given.values.iter().find(outside) {
-            let range = match p.range {
-                Range::Any => "finite",
-                Range::NonNegative => "0 or more",
-                Range::Positive => "more than 0",
-            };
-            return Err(format!("'{}' must be {range}; found {value}", p.name));
-        }
+        given.values.iter().try_for_each(|value| check_range(p, *value))?;
         Ok(given)
     }
 
@@ -109,6 +102,34 @@ impl RawValue {
             )),
             _ => Err(format!("'{}' is one number, or a table with its value", p.name)),
         }
+    }
+}
+
+/// That a value is one that a parameter may have.
+pub(super) fn check_range(p: &Parameter, value: f64) -> Result<(), String> {
+    if p.range.contains(value) {
+        return Ok(());
+    }
+    let range = match p.range {
+        Range::Any => "finite",
+        Range::NonNegative => "0 or more",
+        Range::Positive => "more than 0",
+    };
+    Err(format!("'{}' must be {range}; found {value}", p.name))
+}
+
+/// How sure a file is of a parameter, which says it relative to the value or in its unit.
+pub(super) fn uncertainty(
+    name: &str,
+    tolerance: Option<f64>,
+    std: Option<f64>,
+) -> Result<Uncertainty, String> {
+    match (tolerance, std) {
+        (Some(_), Some(_)) => Err(format!(
+            "'{name}' has both a tolerance (relative) and a std (in its unit): say one of them"
+        )),
+        (_, Some(std)) => Ok(Uncertainty::Absolute(std)),
+        (tolerance, None) => Ok(Uncertainty::Relative(tolerance.unwrap_or(0.0))),
     }
 }
 
