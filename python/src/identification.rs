@@ -59,7 +59,7 @@ impl Settings {
         let mut identification =
             Identification::new(self.order, Arguments::State, input_path(&self.input_path)?);
         if let Some(kernel) = &self.kernel {
-            identification.families = vec![family(kernel)?];
+            identification.families = families(kernel)?;
         }
         identification.widths.clone_from(&self.widths);
         identification.lambda = self.lambda;
@@ -259,12 +259,12 @@ pub fn input_path(text: &str) -> PyResult<InputPath> {
     }
 }
 
-fn family(text: &str) -> PyResult<Family> {
+fn families(text: &str) -> PyResult<Vec<Family>> {
     match text {
-        "gaussian" => Ok(Family::Gaussian),
-        "exponential" => Ok(Family::Exponential),
-        "matern" => Ok(Family::Matern),
-        "polynomial" => Ok(Family::Polynomial(3)),
+        "gaussian" => Ok(vec![Family::Gaussian]),
+        "exponential" => Ok(vec![Family::Exponential]),
+        "matern" => Ok(vec![Family::Matern]),
+        "polynomial" => Ok(Family::POLYNOMIALS.to_vec()),
         other => Err(told(format!(
             "kernel is \"gaussian\", \"exponential\", \"matern\" or \"polynomial\"; found \"{other}\""
         ))),

@@ -165,12 +165,12 @@ fn fit(
 ) -> Result<Identified, Box<dyn Error>> {
     let mut identification = Identification::new(columns.order, State, path);
     if let Some(kernel) = a.kernel {
-        identification.families = vec![match kernel {
-            KernelName::Gaussian => Family::Gaussian,
-            KernelName::Exponential => Family::Exponential,
-            KernelName::Matern => Family::Matern,
-            KernelName::Polynomial => Family::Polynomial(3),
-        }];
+        identification.families = match kernel {
+            KernelName::Gaussian => vec![Family::Gaussian],
+            KernelName::Exponential => vec![Family::Exponential],
+            KernelName::Matern => vec![Family::Matern],
+            KernelName::Polynomial => Family::POLYNOMIALS.to_vec(),
+        };
     }
     identification.widths = (!a.widths.is_empty()).then(|| a.widths.clone());
     identification.lambda = a.lambda;

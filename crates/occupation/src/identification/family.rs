@@ -24,13 +24,17 @@ pub enum Family {
 
 impl Family {
     /// What the tool chooses from where nothing is given, simplest last.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Gaussian,
         Self::Matern,
         Self::Polynomial(3),
+        Self::Polynomial(2),
         Self::Polynomial(1),
         Self::Polynomial(0),
     ];
+    /// Polynomials: the data choose their degree.
+    pub const POLYNOMIALS: [Self; 4] =
+        [Self::Polynomial(3), Self::Polynomial(2), Self::Polynomial(1), Self::Polynomial(0)];
 
     /// The kernel of scaled arguments.
     pub fn kernel(self) -> KernelSpec {

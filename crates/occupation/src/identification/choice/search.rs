@@ -255,17 +255,20 @@ impl<'s> Search<'s> {
         Found { block, noise_sd, log_evidence: -found.value }
     }
 
-    /// The same prior variance in the middle of the data, in another family.
+    /// The same prior in another family; a first guess where K depends on something else: widths of the one say nothing
+    /// of the other's, nor does an amplitude beside them.
     fn other(&self, b: usize, family: Family) -> BlockChoice {
         let old = &self.blocks[b].choice;
-        let mut kernel = ScaledKernel { family, ..old.kernel.clone() };
+        let mut choice =
+            BlockChoice { kernel: ScaledKernel { family, ..old.kernel.clone() }, ..old.clone() };
         if family.is_radial() != old.kernel.family.is_radial() {
             let first = first_kernel(self.start, family);
             for i in (0..first.widths.len()).filter(|&i| !self.is_flat(old, i)) {
-                kernel.widths[i] = first.widths[i];
+                choice.kernel.widths[i] = first.widths[i];
             }
+            choice.amplitude = self.start.amplitudes[b];
         }
-        BlockChoice { kernel, ..old.clone() }
+        choice
     }
 
     fn parameters(&self, choice: &BlockChoice, noise_sd: f64) -> Vec<f64> {
