@@ -73,6 +73,7 @@ pub enum KernelName {
     Gaussian,
     Exponential,
     Matern,
+    /// Of degree 3 at most, as the data choose
     Polynomial,
 }
 
