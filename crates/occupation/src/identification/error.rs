@@ -68,6 +68,14 @@ pub enum IdentificationError {
         /// Their number there.
         found: usize,
     },
+    /// Bytes that are no sums, or not all of them.
+    #[error(
+        "{found} bytes are no sums, or were cut: what was written for a part of the data is expected whole"
+    )]
+    NoSums {
+        /// Number of bytes.
+        found: usize,
+    },
     /// Order out of range.
     #[error("the order of the dynamics must be 1 or 2, found {found}")]
     Order {

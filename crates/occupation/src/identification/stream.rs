@@ -416,8 +416,7 @@ impl Sums {
     /// # Errors
     /// Bytes that end too soon or too late.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, IdentificationError> {
-        let cut =
-            || IdentificationError::OtherStream { what: "bytes", expected: 0, found: bytes.len() };
+        let cut = || IdentificationError::NoSums { found: bytes.len() };
         let (head, mut rest) = bytes.split_at_checked(24).ok_or_else(cut)?;
         let counts: Vec<usize> = head
             .as_chunks::<8>()
