@@ -46,7 +46,7 @@ def study(
     Raises
     ------
     LacunaError
-        A trial that failed, with its number.
+        The first trial that failed, with its number.
     """
     if trials < 0 or seed < 0:
         raise LacunaError(f"trials and seed must be 0 or more, found {trials} and {seed}")
@@ -57,11 +57,21 @@ def study(
     else:
         futures = client.map(_some, parts, function=function, seed=seed, pure=False)
         try:
-            done = client.gather(futures)
+            done = _gathered(client, futures)
         except BaseException:
             client.cancel(futures)
             raise
     return [result for part in done for result in part]
+
+
+def _gathered(client: Any, futures: list[Any]) -> list[Any]:
+    """All results; of several failures the first in order, whichever came first."""
+    try:
+        return list(client.gather(futures))
+    except LacunaError:
+        for future in futures:
+            future.result()
+        raise
 
 
 def _some(trials: tuple[int, int], function: Callable[[np.random.Generator], Result], seed: int) -> list[Result]:
