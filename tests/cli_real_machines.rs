@@ -102,8 +102,9 @@ fn a_tank_spills_into_the_next() {
     let findings = d["findings"].as_array().unwrap();
     let spill = findings.iter().find(|f| f["class"] == "spill").unwrap();
     assert_eq!(spill["channel"], "x1");
-    // Nothing measures the upper level, and its scale is that of the pump's gain: a machine with twice both does
-    // the same to the lower one. They are told in the scale of the model's own gain.
+    // Nothing measures the upper level, and with s times the pump's gain and sqrt(s) times its outflow's coefficient that
+    // tank does the same at s times the level. What reaches the lower tank changes with sqrt(s), which k3 and the force
+    // take up as far as these recordings tell. So both are read in the scale of the model's own gain.
     let pump = &d["calibration"]["k4"];
     let scale = pump["value"].as_f64().unwrap() / pump["nominal"].as_f64().unwrap();
     let parameter = |name: &str| spill["parameters"][name]["value"].as_f64().unwrap();

@@ -260,13 +260,9 @@ pub fn input_path(text: &str) -> PyResult<InputPath> {
 }
 
 fn families(text: &str) -> PyResult<Vec<Family>> {
-    match text {
-        "gaussian" => Ok(vec![Family::Gaussian]),
-        "exponential" => Ok(vec![Family::Exponential]),
-        "matern" => Ok(vec![Family::Matern]),
-        "polynomial" => Ok(Family::POLYNOMIALS.to_vec()),
-        other => Err(told(format!(
-            "kernel is \"gaussian\", \"exponential\", \"matern\" or \"polynomial\"; found \"{other}\""
-        ))),
-    }
+    Family::named(text).ok_or_else(|| {
+        told(format!(
+            "kernel is \"gaussian\", \"exponential\", \"matern\" or \"polynomial\"; found \"{text}\""
+        ))
+    })
 }

@@ -187,9 +187,8 @@ def _trial(rng: np.random.Generator) -> float:
 
 
 def _fails(rng: np.random.Generator) -> float:
-    # The first trial is the last to fail.
-    if rng.standard_normal() == np.random.default_rng(np.random.SeedSequence(0, spawn_key=(0,))).standard_normal():
-        time.sleep(1.0)
+    if rng.bit_generator.seed_seq.spawn_key == (0,):
+        time.sleep(1.0)  # the first trial is the last to fail
     raise ValueError("no such machine")
 
 

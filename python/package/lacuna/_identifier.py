@@ -41,7 +41,8 @@ class Identifier:
     input_hold : {"zero-order", "linear", "smooth"}
         What inputs do between samples.
     kernel : {"gaussian", "matern", "polynomial", "exponential"}, optional
-        Kernel of all functions; of polynomials the data choose the degree, 3 at most. By default all are tried.
+        Kernel of all functions; of polynomials the data choose the degree, 3 at most. By default the family that
+        makes the data most likely, for each function; exponential is never chosen unasked.
     widths : sequence of float, optional
         Kernel widths, one for each entry of the state.
     regularisation : float, optional

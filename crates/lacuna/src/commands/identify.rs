@@ -17,7 +17,7 @@ use super::Outcome;
 use super::columns::ColumnArguments;
 use crate::output::spinner;
 use crate::say::{say, sayln};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lacuna::identification::{Columns, Conditioning, Motion, input_hold};
 use lacuna::occupation::Arguments::State;
 use lacuna::occupation::identification::Report as Chosen;
@@ -46,9 +46,9 @@ pub struct Arguments {
     columns: ColumnArguments,
     /// Kernel of all functions; without, the family that makes the recordings most likely, for
     /// each function (exponential is never chosen unasked: it grows without bound where there
-    /// are no data)
-    #[arg(long, value_enum)]
-    kernel: Option<KernelName>,
+    /// are no data); of polynomials the recordings choose the degree, 3 at most
+    #[arg(long, value_parser = Family::NAMED.map(|(name, _)| name))]
+    kernel: Option<String>,
     /// Kernel widths, one for each argument, separated by commas; without, those that make the
     /// recordings most likely
     #[arg(long, value_delimiter = ',', value_parser = positive_number)]
@@ -66,15 +66,6 @@ pub struct Arguments {
     /// Print nothing but errors
     #[arg(long)]
     quiet: bool,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub enum KernelName {
-    Gaussian,
-    Exponential,
-    Matern,
-    /// Of degree 3 at most, as the data choose
-    Polynomial,
 }
 
 fn positive_number(text: &str) -> Result<f64, String> {
@@ -165,13 +156,8 @@ fn fit(
     training: &Motion,
 ) -> Result<Identified, Box<dyn Error>> {
     let mut identification = Identification::new(columns.order, State, path);
-    if let Some(kernel) = a.kernel {
-        identification.families = match kernel {
-            KernelName::Gaussian => vec![Family::Gaussian],
-            KernelName::Exponential => vec![Family::Exponential],
-            KernelName::Matern => vec![Family::Matern],
-            KernelName::Polynomial => Family::POLYNOMIALS.to_vec(),
-        };
+    if let Some(families) = a.kernel.as_deref().and_then(Family::named) {
+        identification.families = families;
     }
     identification.widths = (!a.widths.is_empty()).then(|| a.widths.clone());
     identification.lambda = a.lambda;

@@ -32,9 +32,22 @@ impl Family {
         Self::Polynomial(1),
         Self::Polynomial(0),
     ];
-    /// Polynomials: the data choose their degree.
-    pub const POLYNOMIALS: [Self; 4] =
-        [Self::Polynomial(3), Self::Polynomial(2), Self::Polynomial(1), Self::Polynomial(0)];
+    /// What users may ask for by name, and the families to choose from then; of polynomials the data choose the degree.
+    pub const NAMED: [(&'static str, &'static [Self]); 4] = [
+        ("gaussian", &[Self::Gaussian]),
+        ("exponential", &[Self::Exponential]),
+        ("matern", &[Self::Matern]),
+        (
+            "polynomial",
+            &[Self::Polynomial(3), Self::Polynomial(2), Self::Polynomial(1), Self::Polynomial(0)],
+        ),
+    ];
+
+    /// The families of a name; none where there is no such name.
+    pub fn named(name: &str) -> Option<Vec<Self>> {
+        let found = Self::NAMED.into_iter().find(|(known, _)| *known == name);
+        found.map(|(_, families)| families.to_vec())
+    }
 
     /// The kernel of scaled arguments.
     pub fn kernel(self) -> KernelSpec {
