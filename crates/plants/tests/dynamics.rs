@@ -8,6 +8,7 @@ use lacuna_plants::model::{
 };
 use lacuna_plants::{Model, Substeps, System};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A motor on an elastic shaft with a hanging load, and the temperature of its winding.
 const TEXT: &str = r#"
@@ -235,6 +236,64 @@ fn differences_are_as_right_as_they_say() {
     // What is stated is no wild guess either.
     assert!(largest > 0.0);
     assert_eq!(text.dynamics().derivative_error(), None);
+}
+
+/// A pendulum whose forces a solver finds to so much.
+fn solved_to(tolerance: f64, calls: &Arc<AtomicUsize>) -> Model {
+    let calls = calls.clone();
+    let solved =
+        move |x: f64| if tolerance > 0.0 { (x / tolerance).round() * tolerance } else { x };
+    Model::builder("pendulum")
+        .parameter("g", 9.81, "m/s^2", 0.1)
+        .coordinate("q", "v", "rad")
+        .rates(move |at| {
+            calls.fetch_add(1, Ordering::Relaxed);
+            [solved(-at.parameters[0] * at.coordinates[0].sin() - 0.1 * at.velocities[0])]
+        })
+        .build()
+        .expect("a model")
+}
+
+/// Largest share of error of its derivatives by q, v and g along a motion, whose points all are evaluated in
+/// one room, and how often its function was called.
+fn along_a_motion(tolerance: f64) -> (f64, f64, usize) {
+    const POINTS: u32 = 400;
+    let calls = Arc::default();
+    let model = solved_to(tolerance, &calls);
+    let bound = model.dynamics().bind_along(&[9.81], 0);
+    let (mut room, mut worst) = (bound.room(), 0.0f64);
+    for k in 0..POINTS {
+        let at = 0.01 * f64::from(k);
+        let (q, v) = (2.5 * (3.0 * at).cos(), 7.5 * (3.0 * at).sin());
+        let variables = [Dual::among(q, 1, 0), Dual::among(v, 2, 0), Dual::constant(at)];
+        let mut rates = [Dual::constant(0.0); 2];
+        bound.evaluate(&mut room, &variables, &mut rates);
+        let force = rates[1];
+        for (found, exact, x) in [
+            (force.tangent[0], -q.sin(), 9.81),
+            (force.tangent[1], -9.81 * q.cos(), 2.5),
+            (force.tangent[2], -0.1, 7.5),
+        ] {
+            worst = worst.max((found - exact).abs() / (exact.abs() + force.value.abs() / x));
+        }
+    }
+    let stated = model.dynamics().derivative_error().expect("they are differences");
+    (worst, stated, calls.load(Ordering::Relaxed) / POINTS as usize)
+}
+
+#[test]
+fn along_a_motion_a_derivative_costs_one_evaluation_where_that_is_good_enough() {
+    let (worst, stated, calls) = along_a_motion(0.0);
+    // It is not measured at the worst point of all.
+    assert!(worst > 1e-12 && worst <= 3.0 * stated && stated < 1e-6, "{worst:e} {stated:e}");
+    // The point itself and one a derivative; six a derivative where they are measured.
+    assert_eq!(calls, 4);
+    // What a solver leaves of a step so small is measured, and larger ones are taken.
+    for tolerance in [1e-8, 1e-9, 1e-10] {
+        let (worst, stated, calls) = along_a_motion(tolerance);
+        assert!(worst < 1e4 * tolerance && stated < 1e4 * tolerance, "{worst:e} {stated:e}");
+        assert!(calls >= 16, "{calls}");
+    }
 }
 
 #[test]

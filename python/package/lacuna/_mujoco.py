@@ -180,19 +180,19 @@ class Simulator:
     def __init__(self, machine: Machine, places: list[Place]) -> None:
         self.machine = machine
         self.places = places
-        # One for each thread that asks at the same time.
-        self._free: list[_Room] = []
-        self._lock = threading.Lock()
+        self._room = _Room(machine, places)
+        # MuJoCo hands the interpreter on whenever it is called: two threads would hand it to and fro at every row.
+        self._turn = threading.Lock()
 
     def __call__(self, z: Array, u: Array, p: Array, t: Array) -> Array:
         """Mass matrix, row-major, and forces, of rows of points."""
-        with self._lock:
-            room = self._free.pop() if self._free else None
-        room = room or _Room(self.machine, self.places)
-        given = room.evaluate(z, u, p, t)
-        with self._lock:
-            self._free.append(room)
-        return given
+        with self._turn:
+            try:
+                return self._room.evaluate(z, u, p, t)
+            except BaseException:
+                # It stands between two points.
+                self._room = _Room(self.machine, self.places)
+                raise
 
 
 class _Room:
@@ -215,66 +215,80 @@ class _Room:
         self.driven = data.ctrl if machine.by_actuators else data.qfrc_applied
         self.entries = slice(None) if machine.by_actuators else self.dofs
         self.targets = [(getattr(self.model, place.array), place.index) for place in places]
-        self.inertial = np.array([place.is_inertial for place in places], dtype=bool)
+        self.inertial = [place.is_inertial for place in places]
         self.parameters = np.array([place.value for place in places])
         self.mass = np.zeros((self.model.nv, self.model.nv))
-        self.whole = mujoco.mjtStage.mjSTAGE_NONE.value
-        self.without_positions = mujoco.mjtStage.mjSTAGE_POS.value
+        self.block = (self.dofs, self.dofs) if isinstance(self.dofs, slice) else np.ix_(self.dofs, self.dofs)
+        # MuJoCo before 4 unpacks what it is given.
+        self.packed = getattr(data, "qM", None)
 
     def evaluate(self, z: Array, u: Array, p: Array, t: Array) -> Array:
-        n, data, forward = self.count, self.data, self.mujoco.mj_forwardSkip
-        given = np.empty((len(t), n * n + n))
-        usable = np.isfinite(z).all() and np.isfinite(u).all() and np.isfinite(p).all()
-        stays = self._stays(z, p) if usable else np.zeros(len(t), dtype=bool)
-        mass: Array | None = None
-        for k in range(len(t)):
-            if not (usable or np.isfinite([*z[k], *u[k], *p[k]]).all()):
-                given[k] = np.nan
-                continue
-            data.time = t[k]
-            self.qvel[self.dofs] = z[k, n:]
-            self.driven[self.entries] = u[k]
-            if mass is None or not stays[k]:
-                self._bind(p[k])
-                self.qpos[self.positions] = z[k, :n]
-                forward(self.model, data, self.whole, True)
-                mass = self._mass()
-            else:
-                forward(self.model, data, self.without_positions, True)
-            row = given[k]
-            row[: n * n] = mass
-            row[n * n :] = self.smooth[self.dofs]
-            row[n * n :] += self.constraint[self.dofs]
+        """Mass matrix and forces of rows of points."""
+        usable = np.isfinite(z).all(axis=1) & np.isfinite(u).all(axis=1) & np.isfinite(p).all(axis=1)
+        if usable.all():
+            return self._evaluate(z, u, p, t)
+        which = usable[:, np.newaxis]
+        given = self._evaluate(np.where(which, z, 0.0), np.where(which, u, 0.0), np.where(which, p, self.parameters), t)
+        given[~usable] = np.nan
         return given
 
-    def _stays(self, z: Array, p: Array) -> npt.NDArray[np.bool_]:
-        """Where positions and parameters are those of the row before: what depends on them alone is kept."""
-        stays = np.zeros(len(z), dtype=bool)
-        if len(z) > 1:
-            n = self.count
-            stays[1:] = (z[1:, :n] == z[:-1, :n]).all(axis=1) & (p[1:] == p[:-1]).all(axis=1)
-        return stays
+    def _evaluate(self, z: Array, u: Array, p: Array, t: Array) -> Array:
+        # What is asked of all rows at once is not asked of each, where it costs as much as the dynamics.
+        n, model, data, forward = self.count, self.model, self.data, self.mujoco.mj_forwardSkip
+        qpos, qvel, driven, smooth, constraint = self.qpos, self.qvel, self.driven, self.smooth, self.constraint
+        positions, dofs, entries, block = self.positions, self.dofs, self.entries, self.block
+        whole = self.mujoco.mjtStage.mjSTAGE_NONE.value
+        without_positions = self.mujoco.mjtStage.mjSTAGE_POS.value
+        given, held = np.empty((len(t), n * n + n)), np.empty((len(t), n))
+        masses, forces = given[:, : n * n].reshape(-1, n, n), given[:, n * n :]
+        changes = self._changes(p)
+        stays = self._stays(z, changes)
+        rows = zip(z[:, :n], z[:, n:], u, t.tolist(), masses, forces, held, changes, stays, strict=True)
+        for q, v, inputs, now, mass, force, holding, changed, same in rows:
+            data.time = now
+            qvel[dofs] = v
+            driven[entries] = inputs
+            if same:
+                forward(model, data, without_positions, True)
+            else:
+                if changed:
+                    self._bind(changed)
+                qpos[positions] = q
+                forward(model, data, whole, True)
+                self._unpack()
+            mass[...] = self.mass[block]
+            force[...] = smooth[dofs]
+            holding[...] = constraint[dofs]
+        forces += held
+        return given
 
-    def _bind(self, parameters: Array) -> None:
-        if not self.targets:
-            return
-        changed = parameters != self.parameters
-        if not changed.any():
-            return
-        for k in np.flatnonzero(changed):
-            array, index = self.targets[k]
-            array[index] = parameters[k]
-        self.parameters = parameters.copy()
-        if (changed & self.inertial).any():
+    def _changes(self, p: Array) -> list[list[tuple[int, float]]]:
+        """The parameters that change from row to row, and to what."""
+        changes: list[list[tuple[int, float]]] = [[] for _ in p]
+        before = np.vstack([self.parameters, p])
+        self.parameters = before[-1]
+        rows, entries = np.nonzero(before[:-1] != p)
+        for row, entry, value in zip(rows.tolist(), entries.tolist(), p[rows, entries].tolist(), strict=True):
+            changes[row].append((entry, value))
+        return changes
+
+    def _stays(self, z: Array, changes: list[list[tuple[int, float]]]) -> list[bool]:
+        """Where positions and parameters are those of the row before: what depends on them alone is kept."""
+        moved = (z[1:, : self.count] != z[:-1, : self.count]).any(axis=1)
+        return [False, *(not (m or c) for m, c in zip(moved.tolist(), changes[1:], strict=True))]
+
+    def _bind(self, changed: list[tuple[int, float]]) -> None:
+        for entry, value in changed:
+            array, index = self.targets[entry]
+            array[index] = value
+        if any(self.inertial[entry] for entry, _ in changed):
             self.mujoco.mj_setConst(self.model, self.scratch)
 
-    def _mass(self) -> Array:
-        if hasattr(self.data, "qM"):
-            # MuJoCo before 4.
-            self.mujoco.mj_fullM(self.model, self.mass, self.data.qM)
-        else:
+    def _unpack(self) -> None:
+        if self.packed is None:
             self.mujoco.mj_fullM(self.model, self.data, self.mass)
-        return self.mass[self.dofs][:, self.dofs].ravel()
+        else:
+            self.mujoco.mj_fullM(self.model, self.mass, self.packed)
 
 
 def _entries(indices: list[int]) -> slice | Array:

@@ -8,6 +8,7 @@ use crate::dataset::Observed;
 use lacuna_effects::Law;
 use lacuna_numbers::{Dual, LANES, Number};
 use lacuna_plants::Substeps;
+use lacuna_plants::dynamics::Sharing;
 use lacuna_plants::model::{Direction, SeriesEffect, System, effective_inputs};
 use rayon::prelude::*;
 
@@ -200,11 +201,11 @@ impl<'a> Run<'a> {
             (begin..entries.max(begin + 1)).step_by(LANES).map(sweep).collect();
         // What sweeps share is computed once for those that run together, and so cut the same steps.
         let threads = (rayon::current_num_threads() / beside).max(1);
-        let shares = self.problem.model.dynamics().shares_derivatives();
-        let together = match (self.substeps.cut, shares) {
-            (true, _) => sweeps.len(),
-            (false, true) => sweeps.len().div_ceil(threads),
-            (false, false) => 1,
+        let together = match self.problem.model.dynamics().sharing() {
+            _ if self.substeps.cut => sweeps.len(),
+            Sharing::All => sweeps.len(),
+            Sharing::Some => sweeps.len().div_ceil(threads),
+            Sharing::None => 1,
         };
         let parts: Result<Vec<Vec<Vec<Columns>>>, Diverged> =
             sweeps.par_chunks(together.max(1)).map(|sweeps| self.sweep(sweeps)).collect();

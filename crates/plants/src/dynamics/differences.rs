@@ -1,37 +1,14 @@
-//! Derivatives for simulators that have none: differences whose error is measured.
-//!
-//! A derivative by a parameter or variable x is a central difference, extrapolated,
-//!
-//! ```text
-//! D(h) = (F(x + h) - F(x - h)) / 2h,    dF/dx = (4 D(h/2) - D(h)) / 3
-//! ```
-//!
-//! and its error is taken to be that of the better of the two differences, plus rounding:
-//!
-//! ```text
-//! e = |D(h/2) - D(h)| / 3 + 8 eps max|F| / h
-//! ```
-//!
-//! which bounds it where F is smooth over h, as the extrapolated value is better by another two
-//! orders. h is a thousandth of the largest |x| met so far (of 1 while x has only been 0) and is
-//! reduced where e is large beside `|dF/dx| + |F|/|x|` (C. Ridders, Adv. Eng. Softw. 4 (1982)
-//! 75-76). One derivative costs four evaluations where the first h will do, and those of all derivatives at a
-//! point are asked for together ([`Simulator::evaluate_all`]).
+//! Simulators that compute in plain numbers: their derivatives by differences ([`Nearby`]).
 
-use super::{Bound, BoundDynamics, Dynamics, Mass, Point, Room, Sizes, mass_and_force};
-use lacuna_numbers::Dual;
+use super::nearby::{Evaluate, Nearby, Slopes};
+use super::{
+    Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Mass, Point, Room, Sharing, Sizes,
+    mass_and_force,
+};
+use lacuna_numbers::{Dual, Number};
 use std::fmt::Debug;
-use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// The first step as a share of the size of what is moved.
-const STEP: f64 = 1e-3;
-/// Each further step beside the one before it, and how many there are at most.
-const SHRINK: f64 = 0.2;
-const TRIES: usize = 5;
-/// Share of error with which no smaller step is tried.
-const GOOD: f64 = 1e-6;
 
 /// A simulator that computes in plain numbers and has no derivatives.
 pub trait Simulator: Debug + Send + Sync + 'static {
@@ -125,6 +102,10 @@ impl<S: Simulator> Dynamics for Differences<S> {
         self.0.simulator.outputs()
     }
 
+    fn sharing(&self) -> Sharing {
+        Sharing::All
+    }
+
     fn derivative_error(&self) -> Option<f64> {
         let Sizes { parameters, .. } = self.0.sizes;
         let entries = parameters + self.0.sizes.variables() - 1;
@@ -172,66 +153,29 @@ impl<S: Simulator> BoundDynamics<f64> for BoundSimulator<S, f64> {
     }
 }
 
-impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
-    fn room(&self) -> Room<Dual> {
-        let Sizes { parameters, .. } = self.shared.sizes;
-        let entries = parameters + self.shared.sizes.variables();
-        Room::new(vec![], vec![0.0; Nearby::length(entries, self.shared.sizes.rates())])
-    }
-
-    fn evaluate(&self, room: &mut Room<Dual>, variables: &[Dual], rates: &mut [Dual]) {
-        let entries = self.parameters.len() + variables.len();
-        let mut near = Nearby::of(&mut room.plain, entries, rates.len());
-        let Shared { simulator, sizes, .. } = &*self.shared;
-        let known = |entry: usize| simulator.has_derivative(*sizes, entry);
-        self.differentiate(&mut near, variables, &known, &|points, rates, along| {
-            simulator.evaluate_along(*sizes, points, rates, along);
-        });
-        near.write(self.parameters.iter().chain(variables), rates);
-    }
-
-    fn observe(&self, variables: &[Dual], outputs: &mut [Dual]) {
-        let entries = self.parameters.len() + variables.len();
-        let mut plain = vec![0.0; Nearby::length(entries, outputs.len())];
-        let mut near = Nearby::of(&mut plain, entries, outputs.len());
-        let Shared { simulator, sizes, .. } = &*self.shared;
-        self.differentiate(&mut near, variables, &|_| false, &|points, outputs, _| {
-            simulator.observe_all(*sizes, points, outputs);
-        });
-        near.write(self.parameters.iter().chain(variables), outputs);
-    }
-}
-
-/// What is differentiated: values at points, and derivatives at the first of them that are known.
-type Evaluate<'a> = dyn Fn(&[f64], &mut [f64], (&[usize], &mut [f64])) + 'a;
-
 impl<S: Simulator> BoundSimulator<S, Dual> {
-    /// Values and derivatives at a point.
-    fn differentiate(
-        &self,
-        near: &mut Nearby<'_>,
-        variables: &[Dual],
-        known: &dyn Fn(usize) -> bool,
-        evaluate: &Evaluate<'_>,
-    ) {
-        let all = || self.parameters.iter().chain(variables);
-        near.begin(all());
-        let along: Vec<usize> = near.moved().filter(|&entry| known(entry)).collect();
-        near.leave(&along);
-        for attempt in 0..TRIES {
-            let rows = near.lay_out();
-            if rows == 1 && attempt > 0 {
-                break;
-            }
-            // The point itself is evaluated with the first of those around it.
-            match attempt {
-                0 => near.evaluate_along(rows, &along, evaluate),
-                _ => near.evaluate(1..rows, evaluate),
-            }
-            near.differentiate();
-        }
-        for (i, _) in all().enumerate().filter(|(_, x)| moves(x)) {
-            self.shared.worst.fetch_max(near.errors[i].to_bits(), Ordering::Relaxed);
+    /// What a point is made of.
+    fn entries<'a>(&'a self, variables: &'a [Dual]) -> impl Iterator<Item = &'a Dual> + Clone {
+        self.parameters.iter().chain(variables)
+    }
+
+    /// Room for values and derivatives at points, of so many values each.
+    fn nearby(&self, width: usize) -> Vec<f64> {
+        let Sizes { parameters, .. } = self.shared.sizes;
+        vec![0.0; Nearby::length(parameters + self.shared.sizes.variables(), width)]
+    }
+
+    /// The rates of the simulator, to be differentiated in this room.
+    fn rates_near<'r>(&self, room: &'r mut [f64]) -> Nearby<'r> {
+        let sizes = self.shared.sizes;
+        Nearby::of(room, sizes.parameters + sizes.variables(), sizes.rates())
+    }
+
+    /// Note how wrong derivatives by these entries are.
+    fn note<'a>(&self, near: &Nearby<'_>, entries: impl Iterator<Item = &'a Dual>) {
+        let moved = entries.enumerate().filter(|(_, x)| moves(x));
+        for (entry, _) in moved {
+            self.shared.worst.fetch_max(near.error_by(entry).to_bits(), Ordering::Relaxed);
         }
     }
 }
@@ -241,190 +185,113 @@ fn moves(x: &Dual) -> bool {
     x.tangent.iter().any(|&t| t != 0.0)
 }
 
-/// A point, points around it, and rates and derivatives there. An entry is a parameter or variable.
-struct Nearby<'a> {
-    entries: usize,
-    width: usize,
-    /// Largest size of each entry met so far: kept from one point to the next.
-    sizes: &'a mut [f64],
-    /// Step of each entry; 0 where it is not moved.
-    steps: &'a mut [f64],
-    /// Share of error of each entry's best derivative: infinite, with derivatives of 0, where the
-    /// simulator is not finite on both sides at any step.
-    errors: &'a mut [f64],
-    /// Those derivatives, a row an entry.
-    slopes: &'a mut [f64],
-    /// The point, then [`AROUND`] points for each entry that is still moved.
-    points: &'a mut [f64],
-    /// Rates there.
-    rates: &'a mut [f64],
+/// The entries that carry derivatives.
+fn moving<'a>(entries: impl Iterator<Item = &'a Dual>) -> impl Iterator<Item = usize> {
+    entries.enumerate().filter(|(_, x)| moves(x)).map(|(entry, _)| entry)
 }
 
-/// Points around a point for one entry: a step above and below it, and half a step.
-const AROUND: usize = 4;
-
-impl<'a> Nearby<'a> {
-    fn length(entries: usize, width: usize) -> usize {
-        (3 + width) * entries + (1 + AROUND * entries) * (entries + width)
+/// Values at a point, with the derivatives that its entries carry.
+fn write<'a>(near: &Nearby<'_>, entries: impl Iterator<Item = &'a Dual>, values: &mut [Dual]) {
+    for (to, &value) in values.iter_mut().zip(near.values()) {
+        *to = Dual::constant(value);
     }
-
-    fn of(plain: &'a mut [f64], entries: usize, width: usize) -> Self {
-        let (sizes, rest) = plain.split_at_mut(entries);
-        let (steps, rest) = rest.split_at_mut(entries);
-        let (errors, rest) = rest.split_at_mut(entries);
-        let (slopes, rest) = rest.split_at_mut(width * entries);
-        let (points, rates) = rest.split_at_mut((1 + AROUND * entries) * entries);
-        Self { entries, width, sizes, steps, errors, slopes, points, rates }
-    }
-
-    fn rates_of(&self, row: usize) -> &[f64] {
-        &self.rates[row * self.width..(row + 1) * self.width]
-    }
-
-    fn slopes_of(&self, entry: usize) -> &[f64] {
-        &self.slopes[entry * self.width..(entry + 1) * self.width]
-    }
-
-    /// Go to a point.
-    fn begin<'x>(&mut self, all: impl Iterator<Item = &'x Dual>) {
-        self.slopes.fill(0.0);
-        self.errors.fill(f64::INFINITY);
-        for (i, x) in all.enumerate() {
-            self.points[i] = x.value;
-            self.steps[i] = 0.0;
-            if moves(x) {
-                self.sizes[i] = self.sizes[i].max(x.value.abs());
-                self.steps[i] = STEP * self.size(i);
-            }
+    for (entry, x) in entries.enumerate().filter(|(_, x)| moves(x)) {
+        for (to, &slope) in values.iter_mut().zip(near.slopes_by(entry)) {
+            carry(to, slope, x);
         }
-    }
-
-    /// The entries that are moved.
-    fn moved(&self) -> impl Iterator<Item = usize> {
-        (0..self.entries).filter(|&entry| self.steps[entry] > 0.0)
-    }
-
-    /// Move these no more: their derivatives are known.
-    fn leave(&mut self, entries: &[usize]) {
-        entries.iter().for_each(|&entry| self.steps[entry] = 0.0);
-    }
-
-    /// The rates at the point, with the derivatives that are carried by all entries.
-    fn write<'x>(&self, all: impl Iterator<Item = &'x Dual>, rates: &mut [Dual]) {
-        for (rate, &value) in rates.iter_mut().zip(self.rates_of(0)) {
-            *rate = Dual { value, tangent: [0.0; lacuna_numbers::LANES] };
-        }
-        for (i, x) in all.enumerate().filter(|(_, x)| moves(x)) {
-            for (rate, slope) in rates.iter_mut().zip(self.slopes_of(i)) {
-                for (to, from) in rate.tangent.iter_mut().zip(&x.tangent) {
-                    *to += slope * from;
-                }
-            }
-        }
-    }
-
-    /// The size that an entry's steps are shares of.
-    fn size(&self, entry: usize) -> f64 {
-        if self.sizes[entry] > 0.0 { self.sizes[entry] } else { 1.0 }
-    }
-
-    /// Whether an entry is still moved.
-    fn is_pending(&self, entry: usize) -> bool {
-        self.steps[entry] > 0.0 && self.errors[entry] > GOOD
-    }
-
-    /// Write the points around for the entries that are still moved; how many rows there are then.
-    fn lay_out(&mut self) -> usize {
-        let mut row = 1;
-        for entry in 0..self.entries {
-            if !self.is_pending(entry) {
-                continue;
-            }
-            let h = self.steps[entry];
-            for step in [h, -h, 0.5 * h, -0.5 * h] {
-                let to = row * self.entries;
-                self.points.copy_within(..self.entries, to);
-                self.points[to + entry] += step;
-                row += 1;
-            }
-        }
-        row
-    }
-
-    fn evaluate(&mut self, rows: Range<usize>, evaluate: &Evaluate<'_>) {
-        let points = &self.points[rows.start * self.entries..rows.end * self.entries];
-        let rates = &mut self.rates[rows.start * self.width..rows.end * self.width];
-        evaluate(points, rates, (&[], &mut []));
-    }
-
-    /// The first rows, the point itself among them, with the derivatives there that are known.
-    fn evaluate_along(&mut self, rows: usize, along: &[usize], evaluate: &Evaluate<'_>) {
-        let mut slopes = vec![0.0; along.len() * self.width];
-        let points = &self.points[..rows * self.entries];
-        evaluate(points, &mut self.rates[..rows * self.width], (along, &mut slopes));
-        for (&entry, slopes) in along.iter().zip(slopes.chunks_exact(self.width)) {
-            if slopes.iter().all(|slope| slope.is_finite()) {
-                self.errors[entry] = 0.0;
-                self.slopes[entry * self.width..(entry + 1) * self.width].copy_from_slice(slopes);
-            }
-        }
-    }
-
-    /// Derivatives by the entries that are still moved, and smaller steps for the next time.
-    fn differentiate(&mut self) {
-        let mut row = 1;
-        for entry in 0..self.entries {
-            if !self.is_pending(entry) {
-                continue;
-            }
-            let error = self.error(entry, row);
-            if error < self.errors[entry] {
-                self.errors[entry] = error;
-                for j in 0..self.width {
-                    self.slopes[entry * self.width + j] = self.extrapolated(entry, row, j).slope;
-                }
-            }
-            self.steps[entry] *= SHRINK;
-            row += AROUND;
-        }
-    }
-
-    /// Largest share of error of the derivatives by an entry, whose points begin at a row.
-    fn error(&self, entry: usize, row: usize) -> f64 {
-        let (h, size) = (self.steps[entry], self.size(entry));
-        let mut worst = 0.0f64;
-        for j in 0..self.width {
-            // The points of half a step tell how large rates are: those that the better difference is of.
-            let near = [0, row + 2, row + 3].map(|r| self.rates[r * self.width + j].abs());
-            let largest = near.into_iter().fold(0.0, f64::max);
-            let Extrapolated { slope, change } = self.extrapolated(entry, row, j);
-            let error = change / 3.0 + 8.0 * f64::EPSILON * largest / h;
-            if !error.is_finite() {
-                return f64::INFINITY;
-            }
-            if error > 0.0 {
-                worst = worst.max(error / (slope.abs() + largest / size));
-            }
-        }
-        worst
-    }
-
-    /// The derivative of a rate by an entry, whose points begin at a row.
-    fn extrapolated(&self, entry: usize, row: usize, rate: usize) -> Extrapolated {
-        let difference = |above: usize| {
-            let of = |values: &[f64], width: usize, k: usize| {
-                values[above * width + k] - values[(above + 1) * width + k]
-            };
-            // The distance that is really between the two.
-            of(self.rates, self.width, rate) / of(self.points, self.entries, entry)
-        };
-        let (coarse, fine) = (difference(row), difference(row + 2));
-        Extrapolated { slope: (4.0 * fine - coarse) / 3.0, change: (fine - coarse).abs() }
     }
 }
 
-/// A derivative from differences of steps h and h/2, and how these differ.
-struct Extrapolated {
-    slope: f64,
-    change: f64,
+/// Add what an entry carries, times a slope.
+fn carry(to: &mut Dual, slope: f64, x: &Dual) {
+    for (to, from) in to.tangent.iter_mut().zip(&x.tangent) {
+        *to += slope * from;
+    }
+}
+
+impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
+    fn room(&self) -> Room<Dual> {
+        Room::new(vec![], self.nearby(self.shared.sizes.rates()))
+    }
+
+    fn evaluate(&self, room: &mut Room<Dual>, variables: &[Dual], rates: &mut [Dual]) {
+        let mut near = self.rates_near(&mut room.plain);
+        let entries = || self.entries(variables);
+        near.begin(entries().map(|x| x.value), moving(entries()), &*self.shared);
+        self.note(&near, entries());
+        write(&near, entries(), rates);
+    }
+
+    fn observe(&self, variables: &[Dual], outputs: &mut [Dual]) {
+        let mut room = self.nearby(outputs.len());
+        let count = self.parameters.len() + variables.len();
+        let mut near = Nearby::of(&mut room, count, outputs.len());
+        let entries = || self.entries(variables);
+        near.begin(entries().map(|x| x.value), moving(entries()), &Outputs(&self.shared));
+        self.note(&near, entries());
+        write(&near, entries(), outputs);
+    }
+
+    fn implicit(&self) -> Option<&dyn Implicit<Dual>> {
+        (self.shared.sizes.states == 0).then_some(self)
+    }
+}
+
+impl<S: Simulator> Implicit<Dual> for BoundSimulator<S, Dual> {
+    fn room(&self) -> ImplicitRoom {
+        let plain = self.nearby(self.shared.sizes.rates());
+        ImplicitRoom { plain, ..ImplicitRoom::new(self.shared.sizes.coordinates, 0) }
+    }
+
+    fn values(&self, room: &mut ImplicitRoom, variables: &[f64], rates: &mut [f64]) {
+        let mut near = self.rates_near(&mut room.plain);
+        let point = self.parameters.iter().map(|p| p.value).chain(variables.iter().copied());
+        // What was asked for at the points before will be asked for here.
+        near.begin_as_usual(point, &*self.shared);
+        rates.copy_from_slice(near.values());
+    }
+
+    fn accelerate(&self, room: &mut ImplicitRoom, _variables: &[f64], accelerations: &[f64]) {
+        room.accelerations.copy_from_slice(accelerations);
+    }
+
+    fn derive(&self, room: &mut ImplicitRoom, variables: &[Dual], forces: &mut [Dual]) {
+        let ImplicitRoom { plain, accelerations, .. } = room;
+        let (n, entries) = (accelerations.len(), || self.entries(variables));
+        let mut near = self.rates_near(plain);
+        near.also(moving(entries()), &*self.shared);
+        self.note(&near, entries());
+        for (entry, x) in entries().enumerate().filter(|(_, x)| moves(x)) {
+            let (by_mass, by_force) = near.slopes_by(entry).split_at(n * n);
+            for ((force, slope), row) in
+                forces.iter_mut().zip(by_force).zip(by_mass.chunks_exact(n))
+            {
+                let held: f64 = row.iter().zip(&*accelerations).map(|(m, a)| m * a).sum();
+                carry(force, slope - held, x);
+            }
+        }
+    }
+}
+
+impl<S: Simulator> Evaluate for Shared<S> {
+    fn evaluate(&self, points: &[f64], rates: &mut [f64], along: Slopes<'_>) {
+        self.simulator.evaluate_along(self.sizes, points, rates, along);
+    }
+
+    fn is_known(&self, entry: usize) -> bool {
+        self.simulator.has_derivative(self.sizes, entry)
+    }
+}
+
+/// The outputs of a simulator's own.
+struct Outputs<'a, S>(&'a Shared<S>);
+
+impl<S: Simulator> Evaluate for Outputs<'_, S> {
+    fn evaluate(&self, points: &[f64], outputs: &mut [f64], _along: Slopes<'_>) {
+        self.0.simulator.observe_all(self.0.sizes, points, outputs);
+    }
+
+    fn is_known(&self, _entry: usize) -> bool {
+        false
+    }
 }

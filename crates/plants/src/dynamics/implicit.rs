@@ -25,8 +25,8 @@ pub trait Implicit<T: Number>: Debug + Send + Sync {
 
     /// Add the derivatives of `F - M a`, along those that the variables and this one's parameters carry, to
     /// what `forces` carry; their values come to mean nothing. The room may be that of dynamics of
-    /// the same values that carry other directions.
-    fn derive(&self, room: &ImplicitRoom, variables: &[T], forces: &mut [T]);
+    /// the same values that carry other directions, and keeps what is found on the way.
+    fn derive(&self, room: &mut ImplicitRoom, variables: &[T], forces: &mut [T]);
 }
 
 /// Room for [`Implicit`]: made once, used for every sample of a simulation.
@@ -38,6 +38,8 @@ pub struct ImplicitRoom {
     /// Derivatives of `M a - F` by coordinates and by velocities (row-major, `n x n`).
     pub(super) by_coordinates: Vec<f64>,
     pub(super) by_velocities: Vec<f64>,
+    /// Where differences are taken.
+    pub(super) plain: Vec<f64>,
 }
 
 impl ImplicitRoom {
@@ -49,6 +51,7 @@ impl ImplicitRoom {
             accelerations: vec![0.0; n],
             by_coordinates: vec![0.0; n * n],
             by_velocities: vec![0.0; n * n],
+            plain: vec![],
         }
     }
 }

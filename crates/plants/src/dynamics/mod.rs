@@ -35,6 +35,7 @@ mod equations;
 mod exact;
 mod fmu;
 mod implicit;
+mod nearby;
 mod robot;
 mod servo;
 
@@ -104,6 +105,18 @@ pub enum Mass {
     Unit,
 }
 
+/// What derivatives in several directions have in common.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sharing {
+    /// Nothing.
+    #[default]
+    None,
+    /// Some of what they cost: those that are taken by one thread had better be taken together.
+    Some,
+    /// Nearly all, or what they are taken from is itself found by way of them: all had better be taken together.
+    All,
+}
+
 /// Equations of motion, their parameters free.
 ///
 /// Nothing here fails: where a simulator cannot be evaluated it writes NaN, which ends a
@@ -122,9 +135,9 @@ pub trait Dynamics: Debug + Send + Sync {
         0
     }
 
-    /// Whether derivatives in several directions are cheaper taken together ([`Implicit`]).
-    fn shares_derivatives(&self) -> bool {
-        false
+    /// What derivatives in several directions share ([`Implicit`]).
+    fn sharing(&self) -> Sharing {
+        Sharing::None
     }
 
     /// Largest error that derivatives taken so far were measured to have, as a share of

@@ -12,7 +12,9 @@
 //! its structure ([`Dynamics::tree`]) and of its servos.
 
 use super::servo::BoundServo;
-use super::{Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Point, Room, Servo, Sizes};
+use super::{
+    Bound, BoundDynamics, Dynamics, Implicit, ImplicitRoom, Point, Room, Servo, Sharing, Sizes,
+};
 use lacuna_effects::law::{BODY, TILT};
 use lacuna_numbers::{Dual, Number};
 use lacuna_rigid::{Inertia, InertialParameters, Joint, Tree};
@@ -127,8 +129,8 @@ impl Dynamics for RobotDynamics {
         Sizes { parameters, coordinates: n, states: 0, inputs: n }
     }
 
-    fn shares_derivatives(&self) -> bool {
-        true
+    fn sharing(&self) -> Sharing {
+        Sharing::Some
     }
 
     fn tree(&self) -> Option<&Tree> {
@@ -318,7 +320,7 @@ impl<T: Number> Implicit<T> for BoundRobot<T> {
         pulp::Arch::new().dispatch(Accelerate { robot: self, room, variables, accelerations });
     }
 
-    fn derive(&self, room: &ImplicitRoom, variables: &[T], forces: &mut [T]) {
+    fn derive(&self, room: &mut ImplicitRoom, variables: &[T], forces: &mut [T]) {
         pulp::Arch::new().dispatch(Derive { robot: self, room, variables, forces });
     }
 }

@@ -181,7 +181,7 @@ fn stage<T: Number>(strands: &mut [Strand<'_, T>], shared: &mut Shared, k: usize
             }
         }
         let Some(dynamics) = system.implicit() else { continue };
-        dynamics.derive(&shared.room, &w.variables, force);
+        dynamics.derive(&mut shared.room, &w.variables, force);
         solve_factored(shared.factors(), force);
         let slope = &mut w.slope[k];
         copy(&w.stage[n..2 * n], &mut slope[..n]);
