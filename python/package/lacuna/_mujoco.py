@@ -10,6 +10,7 @@ each term MuJoCo's own: M of ``mj_fullM``, the forces of ``mj_forward``.
 from __future__ import annotations
 
 import copy
+import math
 import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -224,9 +225,10 @@ class _Room:
 
     def evaluate(self, z: Array, u: Array, p: Array, t: Array) -> Array:
         """Mass matrix and forces of rows of points."""
-        usable = np.isfinite(z).all(axis=1) & np.isfinite(u).all(axis=1) & np.isfinite(p).all(axis=1)
-        if usable.all():
+        # What is not finite shows in the squares.
+        if math.isfinite(np.vdot(z, z) + np.vdot(u, u) + np.vdot(p, p)):
             return self._evaluate(z, u, p, t)
+        usable = np.isfinite(z).all(axis=1) & np.isfinite(u).all(axis=1) & np.isfinite(p).all(axis=1)
         which = usable[:, np.newaxis]
         given = self._evaluate(np.where(which, z, 0.0), np.where(which, u, 0.0), np.where(which, p, self.parameters), t)
         given[~usable] = np.nan
@@ -264,6 +266,8 @@ class _Room:
 
     def _changes(self, p: Array) -> list[list[tuple[int, float]]]:
         """The parameters that change from row to row, and to what."""
+        if len(p) == 1 and p.tobytes() == self.parameters.tobytes():
+            return [[]]
         changes: list[list[tuple[int, float]]] = [[] for _ in p]
         before = np.vstack([self.parameters, p])
         self.parameters = before[-1]
@@ -274,6 +278,8 @@ class _Room:
 
     def _stays(self, z: Array, changes: list[list[tuple[int, float]]]) -> list[bool]:
         """Where positions and parameters are those of the row before: what depends on them alone is kept."""
+        if len(z) == 1:
+            return [False]
         moved = (z[1:, : self.count] != z[:-1, : self.count]).any(axis=1)
         return [False, *(not (m or c) for m, c in zip(moved.tolist(), changes[1:], strict=True))]
 

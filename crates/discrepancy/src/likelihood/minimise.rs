@@ -108,9 +108,7 @@ impl<'p> Minimisation<'p> {
         let mut here = self.begin()?;
         let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
-            if self.problem.is_cancelled() {
-                return Err(FitError::Cancelled);
-            }
+            self.go_on()?;
             let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
             let count = self.count(&here.blocks);
             let mean_square = before / count.max(1) as f64;
@@ -157,6 +155,7 @@ impl<'p> Minimisation<'p> {
         const TRIES: i32 = 6;
         let mut attempt = 0;
         while attempt < TRIES {
+            self.go_on()?;
             let damping = trust.damping;
             let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, damping);
             let promised = step.as_ref().map_or(f64::INFINITY, |s| s.promised);
@@ -176,13 +175,14 @@ impl<'p> Minimisation<'p> {
             if let Some((after, there)) = taken {
                 let damping = f64::max(0.125 * damping, LEAST);
                 *trust = Trust { damping, at_once: attempt == 0, ..*trust };
-                let there = there.map_or_else(|| self.linearise(), Ok)?;
+                let there = there.map_or_else(|| self.linearise_on(), Ok)?;
                 return Ok(Descent::Taken { gained: before - after, there });
             }
             // Gently at first: the longest step that descends is the best.
             attempt += 1;
             trust.damping = f64::max(damping, LEAST) * 2.0f64.powi(attempt);
         }
+        self.go_on()?;
         Ok(Descent::Ended(End::Stalled))
     }
 
@@ -199,7 +199,7 @@ impl<'p> Minimisation<'p> {
         self.hypothesis.set(&step.theta);
         self.move_states(&step);
         // Where the model diverges the step was too long.
-        let there = if linearised { self.linearise().map(Some) } else { Ok(None) };
+        let there = if linearised { self.linearise_on().map(Some) } else { Ok(None) };
         let after = there.and_then(|there| {
             let chi2 = match &there {
                 Some(l) => self.counted(l.blocks.iter().map(|b| b.chi2)),
@@ -282,9 +282,17 @@ impl<'p> Minimisation<'p> {
         (0..windows.len()).flat_map(of).collect()
     }
 
+    /// Go on, unless nobody waits for it any more: asked before each piece, as one may take long.
+    fn go_on(&self) -> Result<(), FitError> {
+        if self.problem.is_cancelled() { Err(FitError::Cancelled) } else { Ok(()) }
+    }
+
     fn squares(&self) -> Result<f64, FitError> {
-        let one = |(w, s, f): &Piece| self.piece(w, s, f).squares();
-        let sums: Result<Vec<_>, _> = self.pieces().par_iter().map(one).collect();
+        let one = |(w, s, f): &Piece| {
+            self.go_on()?;
+            Ok(self.piece(w, s, f).squares()?)
+        };
+        let sums: Result<Vec<_>, FitError> = self.pieces().par_iter().map(one).collect();
         Ok(self.counted(sums?.into_iter().flatten()))
     }
 
@@ -321,9 +329,24 @@ impl<'p> Minimisation<'p> {
     }
 
     fn linearise(&self) -> Result<Linearised, FitError> {
+        self.linearise_while(|| Ok(()))
+    }
+
+    /// The same on the way, where it may be called off.
+    fn linearise_on(&self) -> Result<Linearised, FitError> {
+        self.linearise_while(|| self.go_on())
+    }
+
+    fn linearise_while(
+        &self,
+        go_on: impl Fn() -> Result<(), FitError> + Sync,
+    ) -> Result<Linearised, FitError> {
         let pieces = self.pieces();
         let all = pieces.len();
-        let one = |(w, s, f): &Piece| self.linearise_piece((w, all), s, f);
+        let one = |(w, s, f): &Piece| {
+            go_on()?;
+            self.linearise_piece((w, all), s, f)
+        };
         let parts: Result<Vec<_>, FitError> = pieces.par_iter().map(one).collect();
         let (blocks, residuals): (Vec<_>, Vec<_>) = parts?.into_iter().flatten().unzip();
         Ok(Linearised { blocks: blocks.into(), residuals: residuals.into() })

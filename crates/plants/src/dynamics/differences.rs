@@ -103,7 +103,8 @@ impl<S: Simulator> Dynamics for Differences<S> {
     }
 
     fn sharing(&self) -> Sharing {
-        Sharing::All
+        // As long as they are taken by way of accelerations.
+        if self.0.sizes.states == 0 { Sharing::All } else { Sharing::None }
     }
 
     fn derivative_error(&self) -> Option<f64> {
