@@ -108,7 +108,6 @@ impl<'p> Minimisation<'p> {
         let mut here = self.begin()?;
         let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
-            self.go_on()?;
             let before = self.objective(&theta, self.counted(here.blocks.iter().map(|b| b.chi2)));
             let count = self.count(&here.blocks);
             let mean_square = before / count.max(1) as f64;
@@ -140,7 +139,8 @@ impl<'p> Minimisation<'p> {
         if self.filters.is_empty() {
             self.make_filters()?;
         }
-        self.known.take().map_or_else(|| self.linearise(), Ok)
+        // What is no step is not called off.
+        self.known.take().map_or_else(|| self.linearise(|| Ok(())), Ok)
     }
 
     /// Take one step that lowers the objective, shorter and shorter ones being tried. None is taken
@@ -175,7 +175,7 @@ impl<'p> Minimisation<'p> {
             if let Some((after, there)) = taken {
                 let damping = f64::max(0.125 * damping, LEAST);
                 *trust = Trust { damping, at_once: attempt == 0, ..*trust };
-                let there = there.map_or_else(|| self.linearise_on(), Ok)?;
+                let there = there.map_or_else(|| self.linearise(|| self.go_on()), Ok)?;
                 return Ok(Descent::Taken { gained: before - after, there });
             }
             // Gently at first: the longest step that descends is the best.
@@ -199,7 +199,7 @@ impl<'p> Minimisation<'p> {
         self.hypothesis.set(&step.theta);
         self.move_states(&step);
         // Where the model diverges the step was too long.
-        let there = if linearised { self.linearise_on().map(Some) } else { Ok(None) };
+        let there = if linearised { self.linearise(|| self.go_on()).map(Some) } else { Ok(None) };
         let after = there.and_then(|there| {
             let chi2 = match &there {
                 Some(l) => self.counted(l.blocks.iter().map(|b| b.chi2)),
@@ -328,16 +328,8 @@ impl<'p> Minimisation<'p> {
         (off, spread)
     }
 
-    fn linearise(&self) -> Result<Linearised, FitError> {
-        self.linearise_while(|| Ok(()))
-    }
-
-    /// The same on the way, where it may be called off.
-    fn linearise_on(&self) -> Result<Linearised, FitError> {
-        self.linearise_while(|| self.go_on())
-    }
-
-    fn linearise_while(
+    /// The windows of all recordings, as long as it may `go_on`.
+    fn linearise(
         &self,
         go_on: impl Fn() -> Result<(), FitError> + Sync,
     ) -> Result<Linearised, FitError> {

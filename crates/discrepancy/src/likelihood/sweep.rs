@@ -202,10 +202,9 @@ impl<'a> Run<'a> {
         // What sweeps share is computed once for those that run together, and so cut the same steps.
         let threads = (rayon::current_num_threads() / beside).max(1);
         let together = match self.problem.model.dynamics().sharing() {
-            _ if self.substeps.cut => sweeps.len(),
-            Sharing::All => sweeps.len(),
-            Sharing::Some => sweeps.len().div_ceil(threads),
-            Sharing::None => 1,
+            Sharing::None if !self.substeps.cut => 1,
+            Sharing::Some if !self.substeps.cut => sweeps.len().div_ceil(threads),
+            _ => sweeps.len(),
         };
         let parts: Result<Vec<Vec<Vec<Columns>>>, Diverged> =
             sweeps.par_chunks(together.max(1)).map(|sweeps| self.sweep(sweeps)).collect();

@@ -156,7 +156,7 @@ impl<S: Simulator> BoundDynamics<f64> for BoundSimulator<S, f64> {
 
 impl<S: Simulator> BoundSimulator<S, Dual> {
     /// What a point is made of.
-    fn entries<'a>(&'a self, variables: &'a [Dual]) -> impl Iterator<Item = &'a Dual> + Clone {
+    fn entries<'a>(&'a self, variables: &'a [Dual]) -> impl Iterator<Item = &'a Dual> {
         self.parameters.iter().chain(variables)
     }
 
@@ -174,21 +174,20 @@ impl<S: Simulator> BoundSimulator<S, Dual> {
 
     /// Note how wrong derivatives by these entries are.
     fn note<'a>(&self, near: &Nearby<'_>, entries: impl Iterator<Item = &'a Dual>) {
-        let moved = entries.enumerate().filter(|(_, x)| moves(x));
-        for (entry, _) in moved {
+        for (entry, _) in moving(entries) {
             self.shared.worst.fetch_max(near.error_by(entry).to_bits(), Ordering::Relaxed);
         }
     }
 }
 
-/// Whether an entry carries a derivative.
-fn moves(x: &Dual) -> bool {
-    x.tangent.iter().any(|&t| t != 0.0)
+/// The entries that carry derivatives, with their numbers.
+fn moving<'a>(entries: impl Iterator<Item = &'a Dual>) -> impl Iterator<Item = (usize, &'a Dual)> {
+    entries.enumerate().filter(|(_, x)| x.moves())
 }
 
-/// The entries that carry derivatives.
-fn moving<'a>(entries: impl Iterator<Item = &'a Dual>) -> impl Iterator<Item = usize> {
-    entries.enumerate().filter(|(_, x)| moves(x)).map(|(entry, _)| entry)
+/// The numbers of those entries.
+fn asked<'a>(entries: impl Iterator<Item = &'a Dual>) -> impl Iterator<Item = usize> {
+    moving(entries).map(|(entry, _)| entry)
 }
 
 /// Values at a point, with the derivatives that its entries carry.
@@ -196,7 +195,7 @@ fn write<'a>(near: &Nearby<'_>, entries: impl Iterator<Item = &'a Dual>, values:
     for (to, &value) in values.iter_mut().zip(near.values()) {
         *to = Dual::constant(value);
     }
-    for (entry, x) in entries.enumerate().filter(|(_, x)| moves(x)) {
+    for (entry, x) in moving(entries) {
         for (to, &slope) in values.iter_mut().zip(near.slopes_by(entry)) {
             carry(to, slope, x);
         }
@@ -218,7 +217,7 @@ impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
     fn evaluate(&self, room: &mut Room<Dual>, variables: &[Dual], rates: &mut [Dual]) {
         let mut near = self.rates_near(&mut room.plain);
         let entries = || self.entries(variables);
-        near.begin(entries().map(|x| x.value), moving(entries()), &*self.shared);
+        near.begin(entries().map(|x| x.value), asked(entries()), &*self.shared);
         self.note(&near, entries());
         write(&near, entries(), rates);
     }
@@ -228,7 +227,7 @@ impl<S: Simulator> BoundDynamics<Dual> for BoundSimulator<S, Dual> {
         let count = self.parameters.len() + variables.len();
         let mut near = Nearby::of(&mut room, count, outputs.len());
         let entries = || self.entries(variables);
-        near.begin(entries().map(|x| x.value), moving(entries()), &Outputs(&self.shared));
+        near.begin(entries().map(|x| x.value), asked(entries()), &Outputs(&self.shared));
         self.note(&near, entries());
         write(&near, entries(), outputs);
     }
@@ -260,9 +259,9 @@ impl<S: Simulator> Implicit<Dual> for BoundSimulator<S, Dual> {
         let ImplicitRoom { plain, accelerations, .. } = room;
         let (n, entries) = (accelerations.len(), || self.entries(variables));
         let mut near = self.rates_near(plain);
-        near.also(moving(entries()), &*self.shared);
+        near.also(asked(entries()), &*self.shared);
         self.note(&near, entries());
-        for (entry, x) in entries().enumerate().filter(|(_, x)| moves(x)) {
+        for (entry, x) in moving(entries()) {
             let (by_mass, by_force) = near.slopes_by(entry).split_at(n * n);
             for ((force, slope), row) in
                 forces.iter_mut().zip(by_force).zip(by_mass.chunks_exact(n))

@@ -113,7 +113,7 @@ pub enum Sharing {
     None,
     /// Some of what they cost: those that are taken by one thread had better be taken together.
     Some,
-    /// Nearly all, or what they are taken from is itself found by way of them: all had better be taken together.
+    /// Nearly all that they cost: all had better be taken together.
     All,
 }
 

@@ -15,13 +15,13 @@
 //! which bounds it where F is smooth over h, as the extrapolated value is better by another two
 //! orders. h is a thousandth of the largest |x| met so far (of 1 while x has only been 0) and is
 //! reduced where e is large beside `|dF/dx| + |F|/|x|` (C. Ridders, Adv. Eng. Softw. 4 (1982)
-//! 75-76). That costs four evaluations where the first h will do, and one more: the difference ahead
+//! 75-76). That costs four evaluations where the first h will do, and two more: the difference ahead
 //!
 //! ```text
 //! A = (F(x + d) - F(x)) / d
 //! ```
 //!
-//! of a step d that hardly a law feels, which is measured against it. Where it is as good as is asked for, it stands for the
+//! of a step d that hardly a law feels, to both sides, which is measured against it. Where it is as good as is asked for, it stands for the
 //! derivative at the next points of a simulation, one evaluation each, until it is measured again. What all derivatives
 //! at a point take is asked for together.
 
@@ -94,9 +94,7 @@ pub(super) struct Nearby<'a> {
     /// Points for which the difference ahead of each entry is still good, and its share of error as it was measured.
     trusted: &'a mut [f64],
     measured: &'a mut [f64],
-    /// Not 0 for an entry whose derivatives at this point were looked for.
-    answered: &'a mut [f64],
-    /// Step of each entry.
+    /// Step of each entry; 0 until derivatives by it are looked for at this point.
     steps: &'a mut [f64],
     /// Share of error of each entry's best derivative: infinite, with derivatives of 0, where
     /// values are not finite on both sides at any step.
@@ -114,7 +112,7 @@ pub(super) struct Nearby<'a> {
 impl<'a> Nearby<'a> {
     /// Length of the room that it takes, of 0 at first, for points of so many entries and values.
     pub fn length(entries: usize, width: usize) -> usize {
-        (7 + (1 + SIDES) * width) * entries + (1 + AROUND * entries) * (entries + width)
+        (6 + (1 + SIDES) * width) * entries + (1 + AROUND * entries) * (entries + width)
     }
 
     /// In such a room.
@@ -132,7 +130,6 @@ impl<'a> Nearby<'a> {
             usual: take(entries),
             trusted: take(entries),
             measured: take(entries),
-            answered: take(entries),
             steps: take(entries),
             errors: take(entries),
             slopes: take(width * entries),
@@ -177,7 +174,7 @@ impl<'a> Nearby<'a> {
 
     /// Derivatives by some entries at the point where it is, as far as it has not got them.
     pub fn also(&mut self, entries: impl Iterator<Item = usize>, of: &dyn Evaluate) {
-        let new: Vec<usize> = entries.filter(|&entry| self.answered[entry] == 0.0).collect();
+        let new: Vec<usize> = entries.filter(|&entry| self.steps[entry] == 0.0).collect();
         if !new.is_empty() {
             self.differentiate(new, 1, of);
         }
@@ -187,7 +184,7 @@ impl<'a> Nearby<'a> {
     fn go(&mut self, point: impl Iterator<Item = f64>) {
         self.slopes.fill(0.0);
         self.errors.fill(f64::INFINITY);
-        self.answered.fill(0.0);
+        self.steps.fill(0.0);
         self.points.iter_mut().zip(point).for_each(|(to, x)| *to = x);
     }
 
@@ -196,7 +193,7 @@ impl<'a> Nearby<'a> {
         for &entry in &asked {
             self.sizes[entry] = self.sizes[entry].max(self.points[entry].abs());
             self.steps[entry] = STEP * self.size(entry);
-            (self.usual[entry], self.answered[entry]) = (1.0, 1.0);
+            self.usual[entry] = 1.0;
         }
         let (known, mut asked): (Vec<_>, Vec<_>) = asked.into_iter().partition(|&e| of.is_known(e));
         let first: Vec<_> = asked.iter().map(|&entry| (entry, self.first(entry))).collect();
