@@ -3,11 +3,14 @@
 use crate::error::told;
 use crate::function::{Inertia, PythonFunction, Raised};
 use crate::recording::Recording;
+use lacuna::discrepancy::Dataset;
 use lacuna::models::{AnyModel, no_equations, read_equations};
 use lacuna::plants::dynamics::Sizes;
-use lacuna::plants::model::{Augmentation, Builder, Parameter};
+use lacuna::plants::model::{Augmentation, Builder, Measured, Parameter};
 use lacuna::plants::{self, Hold};
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, ToPyArray,
+};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -93,6 +96,25 @@ impl Model {
             Some(error) => Err(error),
             None => rates.into_pyarray(py).reshape([t.len(), width]),
         }
+    }
+
+    /// The coordinates, by their numbers, that a recording measures, and where they are; NaN where nothing was
+    /// measured.
+    fn positions<'py>(
+        &self,
+        py: Python<'py>,
+        recording: &Recording,
+    ) -> PyResult<Vec<(usize, Bound<'py, PyArray1<f64>>)>> {
+        let equations = self.equations()?;
+        let read = recording.read(&self.model, 1).map_err(told)?;
+        let dataset = Dataset::new(equations, &[read]).map_err(told)?;
+        let coordinates = equations.coordinates.len();
+        let of = dataset.outputs.iter().zip(&dataset.recordings[0].outputs);
+        let positions = of.filter_map(|(output, values)| match output.of {
+            Measured::State(c) if c < coordinates => Some((c, values.to_pyarray(py))),
+            _ => None,
+        });
+        Ok(positions.collect())
     }
 
     /// Units of the forces on coordinates.

@@ -145,6 +145,32 @@ fn what_a_file_cannot_say_is_told_and_the_rest_is_written() {
     assert_eq!((same.text.as_str(), same.left_out.len()), (ARM, 0));
 }
 
+/// What is told of a link that is fixed to another stands at that link, whatever the other is told of.
+#[test]
+fn of_a_fixed_link_that_is_told_apart_its_own_is_written() {
+    let bench = Bench::new("");
+    let tool = r#"  <link name="tool"><inertial><origin xyz="0.01 0 0.02"/><mass value="0.2"/>
+    <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+  <joint name="flange" type="fixed"><parent link="lower"/><child link="tool"/>
+    <origin xyz="0 0.05 -0.2" rpy="0.4 0 -0.3"/></joint>
+</robot>"#;
+    let arm = ARM.replace("</robot>", tool);
+    std::fs::write(bench.path("arm.urdf"), &arm).expect("a file");
+    let believed = format!("{PARAMETERS}\"tool.mass\" = {{ value = 0.27, unit = \"kg\" }}\n");
+    let text = format!("name = \"arm\"\n[robot]\nfile = \"arm.urdf\"\n{believed}");
+    std::fs::write(bench.path("model.toml"), text).expect("a file");
+    let model = Model::read(&bench.path("model.toml")).expect("a model");
+    let file = augmented(&model, &Augmentation::default(), &[]).expect("a robot").expect("a file");
+    assert_eq!(file.left_out, []);
+    let mass = |text: &str, link: &str| {
+        let robot = rigid::read(text).expect("a robot");
+        robot.links.iter().find(|l| l.name == link).expect("a link").inertia.mass
+    };
+    for (link, expected) in [("upper", 1.5), ("lower", 0.85), ("tool", 0.27)] {
+        assert!((mass(&file.text, link) - expected).abs() < 1e-14, "{link}: {}", file.text);
+    }
+}
+
 /// No law of these files holds what a peak or a direction is beside its magnitude.
 #[test]
 fn of_a_law_that_says_more_the_part_that_is_said_is_written() {

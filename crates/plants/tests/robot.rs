@@ -76,10 +76,18 @@ fn its_joints_are_the_models_coordinates() {
     assert!(!uncertain("upper.com_y") && uncertain("upper.com_z"));
 }
 
+/// What tells the finger apart from the tool that it is fixed to.
+const FINGER: &str = "[parameters]\n\"finger.mass\" = { value = 0.1, tolerance = 0.3 }\n";
+
 /// The state's rates, with derivatives by all that they depend on, against differences.
 #[test]
 fn derivatives_are_exact() {
-    let model = arm().model(MODEL).expect("a model");
+    for text in [MODEL.to_owned(), format!("{MODEL}{FINGER}")] {
+        are_exact(&arm().model(&text).expect("a model"));
+    }
+}
+
+fn are_exact(model: &Model) {
     let values = model.values();
     let sizes = model.dynamics().sizes();
     let variables: Vec<f64> =
@@ -157,7 +165,14 @@ fn end(model: &Model, all: &[f64]) -> Vec<f64> {
 /// The derivatives of a whole simulation, all directions side by side, against differences.
 #[test]
 fn a_simulation_carries_its_derivatives() {
-    let model = arm().model(&format!("{MODEL}{EFFECTS}")).expect("a model");
+    for apart in ["", FINGER] {
+        carries_its_derivatives(
+            &arm().model(&format!("{MODEL}{apart}{EFFECTS}")).expect("a model"),
+        );
+    }
+}
+
+fn carries_its_derivatives(model: &Model) {
     let mut all = model.values();
     all.extend(model.effects.iter().flat_map(ModelEffect::internal));
     let parameters = model.parameters.len();
@@ -173,7 +188,7 @@ fn a_simulation_carries_its_derivatives() {
         .map(|first| {
             let lanes = (first..from.min(first + LANES)).map(|k| (direction(k), k - first));
             let lanes: Vec<_> = lanes.collect();
-            System::along(&model, &model.values(), &model.effects, &lanes, SAMPLE)
+            System::along(model, &model.values(), &model.effects, &lanes, SAMPLE)
         })
         .collect();
     let mut rooms: Vec<Workspace<Dual>> = systems.iter().map(System::workspace).collect();
@@ -192,7 +207,7 @@ fn a_simulation_carries_its_derivatives() {
             .collect();
         advance_together(&mut strands, (t, t + SAMPLE), Substeps::even(2));
     }
-    let plain = end(&model, &all);
+    let plain = end(model, &all);
     for state in &states {
         for (x, plain) in state.iter().zip(&plain) {
             assert!((x.value - plain).abs() < 1e-12 * (1.0 + plain.abs()));
@@ -204,7 +219,7 @@ fn a_simulation_carries_its_derivatives() {
         let moved = |by: f64| {
             let mut all = all.clone();
             all[k] += by;
-            end(&model, &all)
+            end(model, &all)
         };
         for (i, (above, below)) in moved(STEP).iter().zip(moved(-STEP)).enumerate() {
             let (slope, exact) = ((above - below) / (2.0 * STEP), states[k / LANES][i]);
@@ -295,6 +310,69 @@ fn what_is_found_is_written_beside_the_robot() {
         again.effect_channel_name(again.effects[0].effect, again.effects[0].channel),
         "elbow"
     );
+}
+
+/// A link that is fixed to another is a part of it, unless the model file says something of its inertia.
+#[test]
+fn a_fixed_link_is_told_apart_where_it_is_named() {
+    let folder = arm();
+    let rates = |model: &Model| {
+        let sizes = model.dynamics().sizes();
+        let variables: Vec<f64> = (0..sizes.variables()).map(|k| (1.3 * k as f64).sin()).collect();
+        let mut rates = vec![0.0; sizes.rates()];
+        model.dynamics().bind(&model.values()).evaluate_once(&variables, &mut rates);
+        rates
+    };
+    let alike = |a: &Model, b: &Model| {
+        rates(a).iter().zip(rates(b)).all(|(a, b)| (a - b).abs() < 1e-13 * (1.0 + b.abs()))
+    };
+    let whole = folder.model(MODEL).expect("a model");
+    let apart = folder.model(&format!("{MODEL}{FINGER}")).expect("a model");
+    let find = |model: &Model, name: &str| {
+        let parameter = model.parameters.iter().find(|p| p.name == name);
+        parameter.map(|p| (p.value, p.std(), p.unit.clone()))
+    };
+    assert_eq!(find(&whole, "finger.mass"), None);
+    assert_eq!(find(&apart, "finger.mass"), Some((0.1, 0.03, "kg".to_owned())));
+    assert_eq!(find(&apart, "finger.com_x"), Some((0.0, 0.01, "m".to_owned())));
+    assert_eq!(find(&apart, "tool.mass").map(|p| p.0), Some(0.5));
+    assert!(alike(&apart, &whole));
+    // Another mass of the finger is what its own file would say, where and how the finger stands.
+    let turned = ARM.replace(
+        "<child link=\"finger\"/>",
+        "<child link=\"finger\"/><origin xyz=\"0.02 -0.05 0.1\" rpy=\"0.3 -0.5 1.1\"/>",
+    );
+    folder.write("arm.urdf", &turned);
+    let heavy = folder.model(&format!("{MODEL}{}", FINGER.replace("0.1", "0.7"))).expect("a model");
+    folder.write("arm.urdf", turned.replace("mass value=\"0.1\"", "mass value=\"0.7\""));
+    let its_own = folder.model(MODEL).expect("a model");
+    assert!(alike(&heavy, &its_own) && !alike(&heavy, &apart));
+    // Where all that has mass is told apart, it is moved all the same.
+    let flange = ARM.replace("<mass value=\"0.5\"/>", "<mass value=\"0\"/>");
+    folder.write("arm.urdf", flange.replace("\"0.001\"", "\"0\""));
+    folder.model(&format!("{MODEL}{FINGER}")).expect("the finger has mass");
+    // Of what no mass is known, something may be believed.
+    let payload = FINGER.replace("0.1, tolerance = 0.3", "0, std = 0.5").replace("finger", "base");
+    let said = folder.model(&format!("{MODEL}{payload}")).expect_err("the base stands still");
+    assert!(said.contains("base.mass"), "{said}");
+}
+
+#[test]
+fn its_text_may_stand_in_the_model_file() {
+    let folder = arm();
+    let inline = format!("text = '''\n{ARM}'''");
+    let text = MODEL.replace("file = \"arm.urdf\"", &inline);
+    let (own, named) = (Model::from_text(&text, "m.toml"), folder.model(MODEL));
+    let (own, named) = (own.expect("a model"), named.expect("a model"));
+    assert_eq!((own.parameters.clone(), own.inputs.clone()), (named.parameters, named.inputs));
+    // It is written as it was read.
+    let written = own.augmented_text(&Augmentation::default()).expect("a text");
+    assert_eq!(Model::from_text(&written, "m.toml").expect("a model").parameters, own.parameters);
+    let said = |text: &str| Model::from_text(text, "m.toml").expect_err("a mistake").to_string();
+    let heavy = said(&text.replace("value=\"2\"", "value=\"-2\""));
+    assert!(heavy.contains("m.toml") && heavy.contains("line 3 of the robot's text"), "{heavy}");
+    assert!(said(&MODEL.replace("file = \"arm.urdf\"\n", "")).contains("found neither"));
+    assert!(said(&text.replace("text =", "file = \"arm.urdf\"\ntext =")).contains("found both"));
 }
 
 #[test]

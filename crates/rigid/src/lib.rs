@@ -47,7 +47,7 @@ pub use motion::Motion;
 pub use robot::{
     Coupling, Format, Link, Moves, PositionServo, Robot, RobotError, RobotJoint, ServoDamping,
 };
-pub use tree::{Body, Joint, Tree};
+pub use tree::{Body, Joint, Part, Tree};
 
 /// Gravity where nothing else is said, m/s^2, in the frame of the root.
 pub const GRAVITY: Vector<f64> = [0.0, 0.0, -9.81];

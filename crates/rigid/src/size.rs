@@ -7,7 +7,7 @@ impl Tree {
     /// Mass of all that moves, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
-        self.bodies.iter().map(|b| b.inertia.mass).sum()
+        self.bodies.iter().map(|b| b.whole().mass).sum()
     }
 
     /// How far from its joint a body reaches, m: to the joints of the bodies that hang from it, and as far
@@ -31,11 +31,12 @@ impl Body {
     /// How far from the origin of its frame its mass reaches: to its centre, and by the radius of gyration
     /// beyond.
     fn extent(&self) -> f64 {
-        let [xx, _, _, yy, _, zz] = self.inertia.inertia;
-        let gyration = match self.inertia.mass {
+        let whole = self.whole();
+        let [xx, _, _, yy, _, zz] = whole.inertia;
+        let gyration = match whole.mass {
             m if m > 0.0 => (0.5 * (xx + yy + zz) / m).max(0.0).sqrt(),
             _ => 0.0,
         };
-        length(self.inertia.centre) + gyration
+        length(whole.centre) + gyration
     }
 }

@@ -66,18 +66,65 @@ pub struct Body {
     /// The link's name.
     pub name: String,
     /// The links that are fixed to it.
-    pub merged: Vec<String>,
+    pub fixed: Vec<Part>,
     /// The body it hangs from; none: the ground.
     pub parent: Option<usize>,
     /// What moves it.
     pub joint: Joint,
-    /// Inertia of all of it, in the link's frame.
+    /// Inertia of all of it but the parts that are told apart, in the link's frame.
     pub inertia: InertialParameters<f64>,
+    /// That of the link alone.
+    own: Inertia<f64>,
     /// The link's frame in the joint's.
     link_pose: Pose,
 }
 
+/// A link that is fixed to another.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its name.
+    pub name: String,
+    /// Whether it is told apart from what it is fixed to: its inertia has numbers of its own.
+    pub is_apart: bool,
+    /// Its inertia, in its frame.
+    inertia: Inertia<f64>,
+    /// Its frame in that of the body's link.
+    pose: Pose,
+}
+
+impl Part {
+    /// Its inertia, in its frame.
+    #[must_use]
+    pub fn inertia(&self) -> InertialParameters<f64> {
+        self.inertia.parameters()
+    }
+
+    /// Inertia of a part of these parameters in the frame of the link that it is fixed to.
+    #[must_use]
+    pub fn in_link_frame<T: Number>(&self, parameters: &InertialParameters<T>) -> Inertia<T> {
+        let axes = self.pose.rotation.map(|row| row.map(T::constant));
+        parameters.about_origin().seen_from(&axes, self.pose.translation.map(T::constant))
+    }
+}
+
 impl Body {
+    /// The parts that are told apart.
+    pub fn apart(&self) -> impl Iterator<Item = &Part> {
+        self.fixed.iter().filter(|part| part.is_apart)
+    }
+
+    /// Inertia of all of it, in the link's frame.
+    #[must_use]
+    pub fn whole(&self) -> InertialParameters<f64> {
+        if self.apart().next().is_none() { self.inertia } else { self.sum(|_| true).parameters() }
+    }
+
+    /// The link's own inertia with that of some parts.
+    fn sum(&self, of: impl Fn(&Part) -> bool) -> Inertia<f64> {
+        let parts = self.fixed.iter().filter(|part| of(part));
+        parts.fold(self.own, |sum, part| sum.plus(&part.inertia.seen_from_frame(&part.pose)))
+    }
+
     /// Inertia of a body of these parameters in its joint's frame.
     #[must_use]
     pub fn in_joint_frame<T: Number>(&self, parameters: &InertialParameters<T>) -> Inertia<T> {
@@ -103,10 +150,27 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Inertia of the bodies in their joints' frames.
+    /// Inertia of the bodies, all that is fixed to them among it, in their joints' frames.
     #[must_use]
     pub fn inertia(&self) -> Vec<Inertia<f64>> {
-        self.bodies.iter().map(|b| b.in_joint_frame(&b.inertia)).collect()
+        self.bodies.iter().map(|b| b.in_joint_frame(&b.whole())).collect()
+    }
+
+    /// The parts that are told apart.
+    pub fn apart(&self) -> impl Iterator<Item = &Part> {
+        self.bodies.iter().flat_map(Body::apart)
+    }
+
+    /// Tell a link that is fixed to another apart from that: its inertia is none of the body's any more. Whether
+    /// there is such a link.
+    pub fn tell_apart(&mut self, name: &str) -> bool {
+        for body in &mut self.bodies {
+            let Some(part) = body.fixed.iter_mut().find(|part| part.name == name) else { continue };
+            part.is_apart = true;
+            body.inertia = body.sum(|part| !part.is_apart).parameters();
+            return true;
+        }
+        false
     }
 
     /// The number of coordinates.

@@ -206,7 +206,8 @@ def diagnose(
         "time_budget": time_budget,
     }
     with Teller(progress) as tell:
-        own = _lacuna.diagnose(model._own, [r._own for r in runs], [r._own for r in proofs], asked, tell)
+        equations = model._for([*runs, *proofs])
+        own = _lacuna.diagnose(equations, [r._own for r in runs], [r._own for r in proofs], asked, tell)
     return Diagnosis(own, _command(model, runs, proofs, asked))
 
 

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from ._toml import parameter, quoted, recordings, said
+
 #: What NumPy calls an elementary function, and what expressions call it.
 ELEMENTARY = {
     "sin": "sin",
@@ -186,21 +188,19 @@ class Equations:
         forces = self._expressions(rates)
         unit = [["1" if i == j else "0" for j in range(n)] for i in range(n)]
         masses = unit if mass is None else np.reshape(self._expressions(mass), (n, n)).tolist()
-        lines = [f"name = {_quoted(described['name'])}", "[parameters]"]
-        lines += [_parameter(*p) for p in described["parameters"]]
+        lines = [f"name = {quoted(described['name'])}", "[parameters]"]
+        lines += [parameter(*p) for p in described["parameters"]]
         if self._defined:
-            lines += ["[define]", *(f"{name} = {_quoted(text)}" for name, text in self._defined.items())]
+            lines += ["[define]", *(f"{name} = {quoted(text)}" for name, text in self._defined.items())]
         for name, unit_of in described["inputs"]:
-            lines += ["[[input]]", *_said(name=name, unit=unit_of)]
+            lines += ["[[input]]", *said(name=name, unit=unit_of)]
         for (name, velocity, unit_of, _), force in zip(described["coordinates"], force_units):
-            lines += ["[[coordinate]]", *_said(name=name, velocity=velocity, unit=unit_of, force_unit=force)]
+            lines += ["[[coordinate]]", *said(name=name, velocity=velocity, unit=unit_of, force_unit=force)]
         if n:
             lines += ["[mechanics]", f"mass = {json.dumps(masses)}", f"force = {json.dumps(forces[:n])}"]
         for (name, unit_of), derivative in zip(described["states"], forces[n:]):
-            lines += ["[[state]]", *_said(name=name, unit=unit_of, derivative=derivative)]
-        lines += ["[recordings]", *_said(time=described["time"], input_hold=described["input_hold"])]
-        for column, of, unit_of in described["measurements"]:
-            lines += ["[[measurement]]", *_said(column=column, of=of, unit=unit_of)]
+            lines += ["[[state]]", *said(name=name, unit=unit_of, derivative=derivative)]
+        lines += recordings(described)
         return "\n".join(lines) + "\n"
 
     def _expressions(self, function: Callable[..., Any]) -> list[str]:
@@ -255,17 +255,3 @@ def _uses(top: Symbol) -> dict[int, int]:
         for part in symbol.parts:
             uses[id(part)] = uses.get(id(part), 0) + 1
     return uses
-
-
-def _quoted(text: str) -> str:
-    """A text as TOML has it, which JSON has likewise."""
-    return json.dumps(text, ensure_ascii=False)
-
-
-def _said(**entries: str) -> list[str]:
-    return [f"{key} = {_quoted(text)}" for key, text in entries.items()]
-
-
-def _parameter(name: str, value: float, unit: str, tolerance: float | None, std: float | None) -> str:
-    sure = f", std = {float(std)!r}" if std is not None else f", tolerance = {float(tolerance or 0.0)!r}"
-    return f"{name} = {{ value = {float(value)!r}, unit = {_quoted(unit)}{sure} }}"

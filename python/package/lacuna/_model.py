@@ -14,9 +14,10 @@ import numpy.typing as npt
 from . import _lacuna
 from ._equations import Equations
 from ._lacuna import LacunaError
-from ._recording import as_recordings
+from ._recording import Recording, as_recordings
 
 if TYPE_CHECKING:
+    from ._robot import Robot
     from ._runs import Simulation
 
 #: A function of states ``(batch, 2 n + s)``, inputs ``(batch, m)``, parameters ``(batch, k)`` and times
@@ -37,8 +38,15 @@ class Model:
     """What is believed of a machine; made by `from_toml`, `from_urdf`, `from_mjcf`, `from_mujoco`,
     `from_function` or `from_json`."""
 
-    def __init__(self, own: _lacuna.Model) -> None:
+    def __init__(self, own: _lacuna.Model, robot: Robot | None = None) -> None:
         self._own = own
+        self._robot = robot
+
+    def _for(self, recordings: Iterable[Recording]) -> _lacuna.Model:
+        """The model that stands for it on recordings."""
+        if self._robot is not None and self._robot.moves_freely(recordings):
+            return self._robot.model
+        return self._own
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Model:
@@ -193,25 +201,32 @@ class Model:
         *,
         inputs: str = "joints",
         parameters: Iterable[str] | Mapping[str, Any] = (),
+        tolerance: Mapping[str, float] | None = None,
         locked: Iterable[str] | Mapping[str, float] = (),
         measurements: Mapping[str, tuple[str, str]] | None = None,
         name: str = "mujoco",
         time: str = "t",
         input_hold: str = "zero-order",
+        as_robot: bool = True,
     ) -> Model:
         """Take MuJoCo itself for the simulator, its contacts, stops and tendons included.
 
-        Coordinates are called as its joints (hinges and slides), velocities ``JOINT_vel``. What is found acts as a
-        generalised force beside MuJoCo's own, with MuJoCo's mass matrix. The forces of constraints (contacts, stops,
-        dry friction) are those that MuJoCo's solver finds without it: what it adds while a contact or a dry joint
-        holds the machine still is not held. MuJoCo's dry friction (``frictionloss``) is such a constraint, soft as
-        ``solreffriction`` says, where `from_mjcf` has a smooth law in its place. Integrated is the continuous
-        dynamics of ``mj_forward``, by steps that the recordings ask for; the model's own time step and integrator
-        play no part. Of links and the base nothing is found here (``payload``, ``base_tilt``): that is what
-        `from_mjcf` is for.
+        Where the model is nothing but rigid bodies (its forces are those of such bodies at drawn places, to nine
+        digits), and where the recordings go nothing touches, is at its stop or is held by another constraint, it is read
+        as the robot that it is, as `from_mjcf` reads a file: the same mechanics with exact derivatives, a hundred
+        times as fast, dry friction of joints as a smooth law, and links and the base among what may be missing
+        (``payload``, ``base_tilt``). Everything else is asked of MuJoCo.
 
-        Derivatives are differences, and MuJoCo is called for every step of every simulation: a diagnosis takes
-        far longer than with `from_mjcf`. Keep recordings short, and say what is looked for (``only``).
+        Coordinates are called as its joints (hinges and slides), velocities ``JOINT_vel``. Integrated is the continuous
+        dynamics of ``mj_forward``, by steps that the recordings ask for; the model's own time step and integrator
+        play no part.
+
+        Where MuJoCo is asked, what is found acts as a generalised force beside MuJoCo's own, with MuJoCo's mass matrix,
+        and nothing is found of links and the base. The forces of constraints (contacts, stops, dry friction that is
+        soft as ``solreffriction`` says) are those that MuJoCo's solver finds without it: what it adds while a contact
+        or a dry joint holds the machine still is not held. Derivatives are differences, and MuJoCo is called for
+        every step of every simulation: a diagnosis takes minutes in the place of seconds. Keep recordings short then,
+        and say what is looked for (``only``).
 
         Parameters
         ----------
@@ -222,13 +237,19 @@ class Model:
             ``qfrc_applied`` in place of the actuators; or the commands of the actuators by their names (``ctrl``).
         parameters : names, or mapping, optional
             What may be calibrated: ``JOINT.damping``, ``JOINT.friction`` (``frictionloss``), ``JOINT.armature``,
-            ``JOINT.stiffness``, ``BODY.mass`` and ``BODY.com_x`` to ``BODY.com_z`` (where MuJoCo has the body's
-            centre), with what is believed of it: ``{"forearm.mass": {"tolerance": 0.05}}``; the value is the model's
-            where none is given. Without any all are known exactly.
+            ``JOINT.stiffness``, ``BODY.mass``, ``BODY.com_x`` to ``BODY.com_z`` (where MuJoCo has the body's
+            centre) and ``BODY.inertia_xx`` to ``BODY.inertia_zz`` (about the centre, along the axes of the body's
+            frame), with what is believed of it: ``{"forearm.mass": {"tolerance": 0.05}}``; the value is the model's
+            where none is given. All others are known exactly.
+        tolerance : mapping, optional
+            How sure all bodies that move are: the standard deviation of ``"mass"`` and ``"inertia"``, relative, and of
+            ``"com"``, in metres: ``{"mass": 0.05, "com": 0.01, "inertia": 0.1}``.
         locked : names, or mapping of name to position, optional
             Joints that are held still, at their place in the model or at this position.
         measurements, name, time, input_hold
             As of `from_function`.
+        as_robot : bool
+            Whether to read the model as a robot where it is one.
 
         Raises
         ------
@@ -236,18 +257,18 @@ class Model:
             No such joint, body or parameter; joints that are neither hinges nor slides and not locked.
         """
         from ._mujoco import Machine, Simulator
+        from ._robot import Robot
 
         machine = Machine(model, inputs, locked)
         given = parameters if isinstance(parameters, Mapping) else {key: {} for key in parameters}
-        places = {key: machine.place(key) for key in given}
-        believed = {
-            key: {
-                "value": places[key].value,
-                "unit": places[key].unit,
-                **(said if isinstance(said, Mapping) else {"value": said}),
-            }
-            for key, said in given.items()
-        }
+        named = {key: said if isinstance(said, Mapping) else {"value": said} for key, said in given.items()}
+        unsure = machine.unsure(tolerance or {})
+        places = {key: machine.place(key) for key in {**unsure, **named}}
+        believed = {}
+        for key, place in places.items():
+            said = named.get(key, {})
+            of_all = {} if {"tolerance", "std"} & set(said) or key not in unsure else {"std": unsure[key]}
+            believed[key] = {"value": place.value, "unit": place.unit, **of_all, **said}
         described = {
             "name": name,
             "coordinates": [(j.name, f"{j.name}_vel", j.units["q"], j.units["force"]) for j in machine.joints],
@@ -258,7 +279,8 @@ class Model:
             "time": time,
             "input_hold": input_hold,
         }
-        return cls(_lacuna.Model.from_simulator(Simulator(machine, list(places.values())), described))
+        own = _lacuna.Model.from_simulator(Simulator(machine, list(places.values())), described)
+        return cls(own, Robot.of(machine, places, described, own) if as_robot else None)
 
     @property
     def name(self) -> str:

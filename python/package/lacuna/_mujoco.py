@@ -44,6 +44,17 @@ SLIDE = {
 OF_DOF = {"damping": "dof_damping", "friction": "dof_frictionloss", "armature": "dof_armature"}
 OF_JOINT = {"stiffness": "jnt_stiffness"}
 CENTRE = {"com_x": 0, "com_y": 1, "com_z": 2}
+#: Inertia about a body's centre along the axes of its frame. MuJoCo has it along its own.
+INERTIA = {
+    "inertia_xx": (0, 0),
+    "inertia_xy": (0, 1),
+    "inertia_xz": (0, 2),
+    "inertia_yy": (1, 1),
+    "inertia_yz": (1, 2),
+    "inertia_zz": (2, 2),
+}
+#: What stands for these in the place of an array of MuJoCo's.
+TENSOR = "tensor"
 #: Rotor inertia of a joint that is held still: no force moves it.
 IMMOBILE = 1e12
 #: The solver of constraints goes on until nothing is left to win, so that differences of its forces
@@ -71,14 +82,24 @@ class Place:
     """Where a parameter stands in the model."""
 
     array: str
-    index: int | tuple[int, int]
+    index: int | tuple[int, ...]
     value: float
     unit: str
 
     @property
     def is_inertial(self) -> bool:
         """Whether constants that MuJoCo derives from the inertia at home change with it."""
-        return self.array in ("body_mass", "body_ipos", "dof_armature")
+        return self.is_of_body or self.array == "dof_armature"
+
+    @property
+    def is_of_body(self) -> bool:
+        """Whether it is of the inertia of a body."""
+        return self.array in ("body_mass", "body_ipos", TENSOR)
+
+    @property
+    def first(self) -> int:
+        """The number of the body or joint that it is of."""
+        return self.index if isinstance(self.index, int) else self.index[0]
 
 
 class Machine:
@@ -157,12 +178,67 @@ class Machine:
             return self._place("body_mass", self.model.body(of).id, "kg")
         if of in bodies and part in CENTRE:
             return self._place("body_ipos", (self.model.body(of).id, CENTRE[part]), "m")
+        if of in bodies and part in INERTIA:
+            body = self.model.body(of).id
+            return Place(TENSOR, (body, *INERTIA[part]), float(tensor(self.model, body)[INERTIA[part]]), "kg m^2")
         raise LacunaError(
             f"parameter '{name}': expected JOINT.{', JOINT.'.join({**OF_DOF, **OF_JOINT})}, BODY.mass, "
-            f"BODY.{', BODY.'.join(CENTRE)}; the joints are {', '.join(joints)}, the bodies {', '.join(bodies)}"
+            f"BODY.{', BODY.'.join({**CENTRE, **INERTIA})}; the joints are {', '.join(joints)}, the bodies "
+            f"{', '.join(bodies)}"
         )
 
-    def _place(self, array: str, index: int | tuple[int, int], unit: str) -> Place:
+    def joints_of(self, body: int) -> list[Joint]:
+        """The joints that move a body against its parent."""
+        return [joint for joint in self.joints if self.model.dof_bodyid[joint.dof] == body]
+
+    def standing_still(self) -> set[int]:
+        """The bodies that no joint moves."""
+        still = {0}
+        for body in range(1, self.model.nbody):
+            if int(self.model.body_parentid[body]) in still and not self.joints_of(body):
+                still.add(body)
+        return still
+
+    def unsure(self, tolerance: Mapping[str, float]) -> dict[str, float]:
+        """Standard deviations of what is believed of all bodies that move; these are relative of mass and inertia, in
+        metres of a centre."""
+        known: tuple[str, ...] = ("mass", "com", "inertia")
+        for of, std in tolerance.items():
+            if of not in known:
+                raise LacunaError(f"tolerance: expected {', '.join(known)}; found {of}")
+            if not (std >= 0.0 and math.isfinite(std)):
+                raise LacunaError(f"tolerance: a standard deviation is 0 or more; found {of} = {std}")
+        mass, com, inertia = (tolerance.get(of, 0.0) for of in known)
+        still, believed = self.standing_still(), dict[str, float]()
+        for body in range(1, self.model.nbody):
+            if body in still or self.model.body_mass[body] <= 0.0:
+                continue
+            name, own = self.model.body(body).name, tensor(self.model, body)
+            believed[f"{name}.mass"] = mass * float(self.model.body_mass[body])
+            believed |= {f"{name}.{part}": com for part in CENTRE}
+            of_its_kind = {part: math.sqrt(own[i, i] * own[j, j]) for part, (i, j) in INERTIA.items()}
+            believed |= {f"{name}.{part}": inertia * size for part, size in of_its_kind.items()}
+        return {name: std for name, std in believed.items() if std > 0.0 and self._matters(name, 0.01 * std)}
+
+    def _matters(self, name: str, by: float) -> bool:
+        """Whether it changes anything, wherever the machine is, that a parameter is larger by this: a body that only
+        turns about one axis has inertia about that axis alone."""
+        place, n = self.place(name), len(self.joints)
+        z = np.tile(np.random.default_rng(0).standard_normal(2 * n), (2, 1))
+        u, p, t = np.zeros((2, len(self.inputs()))), place.value + np.array([[0.0], [by]]), np.zeros(2)
+        one, other = Simulator(self.without_constraints(), [place])(z, u, p, t)
+        return bool(np.abs(other - one).max() > 1e-12 * np.abs(one).max())
+
+    def without_constraints(self) -> Machine:
+        """The machine where nothing touches, is at its stop or rubs."""
+        import mujoco
+
+        loose = copy.copy(self)
+        loose.model = copy.copy(self.model)
+        loose.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+        return loose
+
+    def _place(self, array: str, index: int | tuple[int, ...], unit: str) -> Place:
         values = getattr(self.model, array)
         if np.ndim(values[index]) != 0:
             raise LacunaError(f"{array} of this MuJoCo is no single number")
@@ -215,13 +291,20 @@ class _Room:
         self.smooth, self.constraint = data.qfrc_smooth, data.qfrc_constraint
         self.driven = data.ctrl if machine.by_actuators else data.qfrc_applied
         self.entries = slice(None) if machine.by_actuators else self.dofs
-        self.targets = [(getattr(self.model, place.array), place.index) for place in places]
+        self.tensors = {p.first: tensor(self.model, p.first) for p in places if p.array == TENSOR}
+        self.targets = [self._target(place) for place in places]
+        self.turned = [place.first if place.array == TENSOR else None for place in places]
         self.inertial = [place.is_inertial for place in places]
         self.parameters = np.array([place.value for place in places])
         self.mass = np.zeros((self.model.nv, self.model.nv))
         self.block = (self.dofs, self.dofs) if isinstance(self.dofs, slice) else np.ix_(self.dofs, self.dofs)
         # MuJoCo before 4 unpacks what it is given.
         self.packed = getattr(data, "qM", None)
+
+    def _target(self, place: Place) -> tuple[Array, int | tuple[int, ...]]:
+        if place.array == TENSOR:
+            return self.tensors[place.first], place.index[1:] if isinstance(place.index, tuple) else place.index
+        return getattr(self.model, place.array), place.index
 
     def evaluate(self, z: Array, u: Array, p: Array, t: Array) -> Array:
         """Mass matrix and forces of rows of points."""
@@ -287,8 +370,18 @@ class _Room:
         for entry, value in changed:
             array, index = self.targets[entry]
             array[index] = value
+        for body in {self.turned[entry] for entry, _ in changed}:
+            if body is not None:
+                self._turn(body)
         if any(self.inertial[entry] for entry, _ in changed):
             self.mujoco.mj_setConst(self.model, self.scratch)
+
+    def _turn(self, body: int) -> None:
+        """Inertia along a body's own axes, of which the upper half is given."""
+        values, axes = np.linalg.eigh(self.tensors[body], UPLO="U")
+        axes[:, 2] *= np.sign(np.linalg.det(axes))
+        self.model.body_inertia[body] = values
+        self.mujoco.mju_mat2Quat(self.model.body_iquat[body], axes.ravel())
 
     def _unpack(self) -> None:
         if self.packed is None:
@@ -303,3 +396,13 @@ def _entries(indices: list[int]) -> slice | Array:
     if indices == list(range(first, first + count)):
         return slice(first, first + count)
     return np.array(indices)
+
+
+def tensor(model: Any, body: int) -> Array:
+    """Inertia of a body about its centre, along the axes of its frame."""
+    import mujoco
+
+    axes = np.zeros(9)
+    mujoco.mju_quat2Mat(axes, model.body_iquat[body])
+    turned: Array = axes.reshape(3, 3) * model.body_inertia[body] @ axes.reshape(3, 3).T
+    return turned

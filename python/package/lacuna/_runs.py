@@ -71,7 +71,7 @@ def simulate(
         What is wrong with the recording, or a model that diverges on it.
     """
     (like,) = as_recordings(recording)
-    said, text, series = _lacuna.simulate(as_model(model)._own, like._own, horizon, warmup)
+    said, text, series = _lacuna.simulate(as_model(model)._for([like]), like._own, horizon, warmup)
     data = json.loads(said)
     return Simulation(dict(series), data["channels"], data, text)
 
@@ -123,9 +123,9 @@ def compare(
     horizon, warmup
         As in `simulate`.
     """
-    models = as_model(model_a)._own, as_model(model_b)._own
-    runs = [r._own for r in as_recordings(recordings)]
-    return Comparison(_lacuna.compare(models, runs, horizon, warmup))
+    runs = as_recordings(recordings)
+    models = as_model(model_a)._for(runs), as_model(model_b)._for(runs)
+    return Comparison(_lacuna.compare(models, [r._own for r in runs], horizon, warmup))
 
 
 @dataclass(frozen=True, repr=False)
@@ -160,6 +160,7 @@ def check(model: Model | str | os.PathLike[str], recordings: Any) -> Check:
     recordings : Recording or list of Recording
         The recordings.
     """
-    said, text = _lacuna.check(as_model(model)._own, [r._own for r in as_recordings(recordings)])
+    runs = as_recordings(recordings)
+    said, text = _lacuna.check(as_model(model)._for(runs), [r._own for r in runs])
     data = json.loads(said)
     return Check(data["warnings"], data, text)

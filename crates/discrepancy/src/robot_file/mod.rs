@@ -93,7 +93,11 @@ fn planned(model: &Model, file: &RobotFile, (all, acting): (&[Known], &[Acting])
     let mut planned = vec![];
     for (body, known) in bodies.iter().zip(model.by_body(all)) {
         planned.extend(joints::changes(&body.joint, (&known, all), acting, model));
-        planned.extend(structure::link(body, &known.inertia, acting));
+        planned.extend(structure::link((&body.name, &body.inertia), &known.inertia, acting));
+    }
+    let parts = model.dynamics().tree().into_iter().flat_map(Tree::apart);
+    for (part, known) in parts.zip(model.by_part(all)) {
+        planned.extend(structure::link((&part.name, &part.inertia()), &known, &[]));
     }
     planned.extend(structure::gravity(file, acting));
     planned
@@ -128,7 +132,8 @@ fn beyond(a: &Acting, format: Format) -> Option<LeftOut> {
 
 /// What stands in front of the file.
 fn head(file: &RobotFile, edited: &Edited, left_out: &[LeftOut]) -> String {
-    let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
+    let called = file.path.as_ref().map(|path| path.file_name().unwrap_or(path.as_os_str()));
+    let name = called.map_or_else(|| file.format.name().into(), |name| name.to_string_lossy());
     let mut lines =
         vec![format!("lacuna: {name} with what was found; a comment stands beside what is new.")];
     if edited.names_files {

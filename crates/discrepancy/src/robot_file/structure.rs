@@ -7,38 +7,37 @@ use crate::words::numbers;
 use lacuna_effects::Acts;
 use lacuna_plants::model::RobotFile;
 use lacuna_rigid::edit::Change;
-use lacuna_rigid::{Body, Inertia, InertialParameters, Pose};
+use lacuna_rigid::{Inertia, InertialParameters, Pose};
 
-/// The inertia of a link with all that is fixed to it is linear in that of the link: what it is more is that
-/// one's.
+/// The inertia of a link with all that is fixed to it and not told apart is linear in that of the link: what it is
+/// more is that one's.
 pub(super) fn link(
-    body: &Body,
+    (name, own): (&str, &InertialParameters<f64>),
     known: &InertialParameters<Known>,
     acting: &[Acting],
 ) -> Option<Planned> {
-    let own = body.inertia.about_origin();
-    let (value, parameters) = (|k: Known| k.value, body.inertia.entries());
+    let (value, parameters) = (|k: Known| k.value, own.entries());
     let new = InertialParameters {
         mass: value(known.mass),
         centre: known.centre.map(value),
         inertia: known.inertia.map(value),
     };
     let moved = known.entries().into_iter().zip(parameters).filter(|(k, was)| k.value != *was);
-    let mut says: Vec<String> = moved.map(|(k, was)| said(&k, was, &body.name)).collect();
+    let mut says: Vec<String> = moved.map(|(k, was)| said(&k, was, name)).collect();
     let mut added = match says.is_empty() {
         true => Inertia::none(),
-        false => new.about_origin().plus(&own.map(|x| -x)),
+        false => new.about_origin().plus(&own.about_origin().map(|x| -x)),
     };
-    for a in acting.iter().filter(|a| a.new.channel == body.name) {
+    for a in acting.iter().filter(|a| a.new.channel == name) {
         if let Some((Acts::Links, carried)) = a.structure() {
             added = added.plus(&inertia(&carried)?);
             says.push(format!("{} ({})", numbers(&a.new, &[]), a.by()));
         }
     }
     (!says.is_empty()).then(|| Planned {
-        change: Change::Inertia(body.name.clone(), added),
+        change: Change::Inertia(name.to_owned(), added),
         what: "inertia",
-        of: format!("of link {}", body.name),
+        of: format!("of link {name}"),
         says: format!("by {}", says.join(", ")),
     })
 }

@@ -45,7 +45,7 @@ pub(crate) use equations::{Equations, Nodes};
 pub use exact::{Exact, GenericSimulator};
 pub(crate) use fmu::Unit;
 pub use implicit::{Implicit, ImplicitRoom};
-pub(crate) use robot::{PARTS, Part, RobotDynamics};
+pub(crate) use robot::{INERTIAL, PARTS, Part, RobotDynamics};
 pub(crate) use servo::BoundServo;
 pub use servo::{SERVO, Servo};
 

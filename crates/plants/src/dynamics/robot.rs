@@ -7,7 +7,8 @@
 //! with M and h of [`lacuna_rigid`], and what the file states of each joint: damping d, friction f, rotor inertia
 //! J, stiffness k of a spring that is at rest at q_0. What a joint that follows another states acts on the
 //! coordinate of that, by its ratio once as a force and once more by how far and how fast the joint goes.
-//! Parameters are, body by body, the ten of its inertia and d, f, J and k, then those of the position servos
+//! Parameters are, body by body, the ten of its inertia and d, f, J and k; then the ten of each part that is told
+//! apart from the link that it is fixed to ([`lacuna_rigid::Tree::tell_apart`]); then those of the position servos
 //! ([`Servo`]), whose input is a position: of it they make u. Behind them may stand what the model leaves out of
 //! its structure ([`Dynamics::tree`]) and of its servos.
 
@@ -57,6 +58,9 @@ pub(crate) const PARTS: [(&str, Part); 14] = [
     ("stiffness", Part::Stiffness),
 ];
 
+/// How many of them, the first, are of inertia.
+pub(crate) const INERTIAL: usize = 10;
+
 /// A tree of bodies in a field of gravity.
 #[derive(Debug)]
 pub(crate) struct RobotDynamics {
@@ -76,7 +80,7 @@ impl RobotDynamics {
         Self { servos, ..self }
     }
 
-    /// The values of [`PARTS`] of every body.
+    /// The values of [`PARTS`] of every body, and of inertia of every part that is told apart.
     pub fn values(tree: &Tree) -> Vec<f64> {
         let of_body = |b: &lacuna_rigid::Body| {
             let InertialParameters { mass, centre, inertia } = b.inertia;
@@ -84,24 +88,30 @@ impl RobotDynamics {
             let joint = [damping, friction, armature, stiffness];
             [mass].into_iter().chain(centre).chain(inertia).chain(joint)
         };
-        tree.bodies.iter().flat_map(of_body).collect()
+        let of_parts = tree.apart().flat_map(|part| part.inertia().entries());
+        tree.bodies.iter().flat_map(of_body).chain(of_parts).collect()
     }
 
     fn bound<T: Number>(&self, parameters: &[T]) -> Bound<T> {
         let (parameters, left_out) = parameters.split_at(self.sizes().parameters);
-        let (parameters, of_servos) = parameters.split_at(PARTS.len() * self.tree.bodies.len());
+        let (of_bodies, rest) = parameters.split_at(PARTS.len() * self.tree.bodies.len());
+        let (of_parts, of_servos) = rest.split_at(INERTIAL * self.tree.apart().count());
         let (structure, of_servos_left_out) =
             left_out.split_at(left_out.len().min(BODY * self.tree.bodies.len() + TILT));
         let mut servos = vec![None; self.tree.coordinates()];
         for servo in Servo::bound(&self.servos, of_servos, of_servos_left_out) {
             servos[servo.coordinate] = Some(servo);
         }
-        let bodies = self.tree.bodies.iter().zip(parameters.as_chunks::<{ PARTS.len() }>().0);
+        let mut of_parts = of_parts.as_chunks::<INERTIAL>().0.iter();
+        let bodies = self.tree.bodies.iter().zip(of_bodies.as_chunks::<{ PARTS.len() }>().0);
         let bodies = bodies.map(|(body, values)| {
             let &[mass, x, y, z, xx, xy, xz, yy, yz, zz, damping, friction, armature, stiffness] =
                 values;
-            let (centre, inertia) = ([x, y, z], [xx, xy, xz, yy, yz, zz]);
-            let inertia = body.in_joint_frame(&InertialParameters { mass, centre, inertia });
+            let own = inertial(&[mass, x, y, z, xx, xy, xz, yy, yz, zz]);
+            let parts = body.apart().zip(&mut of_parts);
+            let inertia = parts.fold(body.in_joint_frame(&own), |sum, (part, values)| {
+                sum.plus(&body.along_joint(&part.in_link_frame(&inertial(values))))
+            });
             let rest = body.joint.spring_reference;
             (inertia, Motor { damping, friction, armature, stiffness, rest })
         });
@@ -125,7 +135,7 @@ impl Dynamics for RobotDynamics {
     fn sizes(&self) -> Sizes {
         let (n, bodies) = (self.tree.coordinates(), self.tree.bodies.len());
         let of_servos: usize = self.servos.iter().map(|s| s.parameters()).sum();
-        let parameters = PARTS.len() * bodies + of_servos;
+        let parameters = PARTS.len() * bodies + INERTIAL * self.tree.apart().count() + of_servos;
         Sizes { parameters, coordinates: n, states: 0, inputs: n }
     }
 
@@ -148,6 +158,13 @@ impl Dynamics for RobotDynamics {
     fn bind_dual(&self, parameters: &[Dual]) -> Bound<Dual> {
         self.bound(parameters)
     }
+}
+
+/// Inertia by its parameters.
+fn inertial<T: Number>(
+    &[mass, x, y, z, xx, xy, xz, yy, yz, zz]: &[T; INERTIAL],
+) -> InertialParameters<T> {
+    InertialParameters { mass, centre: [x, y, z], inertia: [xx, xy, xz, yy, yz, zz] }
 }
 
 #[derive(Debug)]

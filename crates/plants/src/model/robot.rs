@@ -1,15 +1,15 @@
 //! What a model that is a robot's says beside the robot's own file.
 
 use super::Model;
-use crate::dynamics::PARTS;
+use crate::dynamics::{INERTIAL, PARTS};
 use lacuna_rigid::{Format, InertialParameters};
 use std::path::PathBuf;
 
 /// A robot's own file, as it was read.
 #[derive(Debug)]
 pub struct RobotFile {
-    /// Where it is.
-    pub path: PathBuf,
+    /// Where it is, unless its text stands in the model file.
+    pub path: Option<PathBuf>,
     /// Its text.
     pub text: String,
     /// The format of it.
@@ -49,11 +49,7 @@ impl Model {
         let of_body = |p: &[T]| {
             let at = |k: usize| p[k].clone();
             BodyParameters {
-                inertia: InertialParameters {
-                    mass: at(0),
-                    centre: std::array::from_fn(|k| at(1 + k)),
-                    inertia: std::array::from_fn(|k| at(4 + k)),
-                },
+                inertia: inertial(p),
                 damping: at(10),
                 friction: at(11),
                 armature: at(12),
@@ -61,5 +57,24 @@ impl Model {
             }
         };
         of_parameters.chunks_exact(PARTS.len()).take(bodies).map(of_body).collect()
+    }
+
+    /// The same of the inertia of each part that is told apart from the link that it is fixed to, in the order of
+    /// [`lacuna_rigid::Tree::apart`].
+    pub fn by_part<T: Clone>(&self, of_parameters: &[T]) -> Vec<InertialParameters<T>> {
+        let Some(tree) = self.dynamics.tree() else { return vec![] };
+        let of_parts = of_parameters.iter().skip(PARTS.len() * tree.bodies.len()).cloned();
+        let of_parts: Vec<T> = of_parts.take(INERTIAL * tree.apart().count()).collect();
+        of_parts.chunks_exact(INERTIAL).map(inertial).collect()
+    }
+}
+
+/// Inertia by its parameters, which come first.
+fn inertial<T: Clone>(parameters: &[T]) -> InertialParameters<T> {
+    let at = |k: usize| parameters[k].clone();
+    InertialParameters {
+        mass: at(0),
+        centre: std::array::from_fn(|k| at(1 + k)),
+        inertia: std::array::from_fn(|k| at(4 + k)),
     }
 }

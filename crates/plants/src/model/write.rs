@@ -84,8 +84,8 @@ impl Model {
             message: e.message().to_owned(),
         };
         let mut document: DocumentMut = source.text.parse().map_err(failed)?;
-        if let Some(robot) = &source.robot {
-            document["robot"]["file"] = value(absolute(&robot.path));
+        if let Some(path) = source.robot.as_ref().and_then(|robot| robot.path.as_ref()) {
+            document["robot"]["file"] = value(absolute(path));
         }
         if let Some(path) = &source.fmu {
             document["fmu"]["file"] = value(absolute(path));

@@ -1,19 +1,19 @@
 //! A robot's tree: what moves it, and what is part of what.
 
-use super::{Body, Joint, Tree};
+use super::{Body, Joint, Part, Tree};
 use crate::Inertia;
 use crate::algebra::{Pose, Vector, from_z};
 use crate::joints::{JointKind, Role, Step, roles};
 use crate::robot::{Moves, Robot, RobotError, RobotJoint};
 use std::collections::{HashMap, HashSet};
 
-/// A body in the making: the inertia of all that is found to be fixed to it.
+/// A body in the making, with all that is found to be fixed to it.
 struct Making {
     /// The joint of the robot whose coordinate it has, and whether it leads it.
     leader: usize,
     leads: bool,
     name: String,
-    merged: Vec<String>,
+    fixed: Vec<Part>,
     parent: Option<usize>,
     joint: Joint,
     inertia: Inertia<f64>,
@@ -133,9 +133,8 @@ impl Growing<'_> {
     fn fix(&mut self, joint: &RobotJoint, (body, pose): Place) -> Place {
         let part = &self.robot.links[joint.child];
         if let Some(body) = body {
-            let making = &mut self.bodies[body];
-            making.inertia = making.inertia.plus(&part.inertia.seen_from_frame(&pose));
-            making.merged.push(part.name.clone());
+            let (name, inertia) = (part.name.clone(), part.inertia);
+            self.bodies[body].fixed.push(Part { name, is_apart: false, inertia, pose });
         }
         (body, pose)
     }
@@ -225,7 +224,7 @@ impl Growing<'_> {
             leader,
             leads,
             name: link,
-            merged: vec![],
+            fixed: vec![],
             parent,
             joint,
             inertia,
@@ -305,13 +304,10 @@ fn several_held(joint: &RobotJoint) -> RobotError {
 
 impl Making {
     fn done(self) -> Body {
-        Body {
-            name: self.name,
-            merged: self.merged,
-            parent: self.parent,
-            joint: self.joint,
-            inertia: self.inertia.parameters(),
-            link_pose: self.link_pose,
-        }
+        let Self { name, fixed, parent, joint, inertia: own, link_pose, .. } = self;
+        let inertia = own.parameters();
+        let mut body = Body { name, fixed, parent, joint, inertia, own, link_pose };
+        body.inertia = body.sum(|_| true).parameters();
+        body
     }
 }

@@ -46,7 +46,7 @@ fn structure(model: &Model, effect: &Effect, name: &str) -> Result<usize, String
         return Err(format!("{class} acts on a robot, and this model has no [robot]"));
     };
     let names = names.join(", ");
-    let whole = tree.bodies.iter().find(|b| b.merged.iter().any(|m| m == name));
+    let whole = tree.bodies.iter().find(|b| b.fixed.iter().any(|part| part.name == name));
     Err(match whole.filter(|_| effect.acts == Acts::Links) {
         Some(whole) => format!(
             "'{name}' is fixed to link '{0}' and part of it: say channel = \"{0}\", with places in its \

@@ -2,13 +2,13 @@
 
 use super::actuator::OfFile;
 use super::{File, RawInput, Reader};
-use crate::dynamics::{Dynamics, PARTS, Part, RobotDynamics, felt};
+use crate::dynamics::{Dynamics, INERTIAL, PARTS, Part, RobotDynamics, felt};
 use crate::model::{
     Coordinate, Measured, Measurement, Model, ModelError, Parameter, Place, RecordedInput,
     RobotFile, Source, Uncertainty, quoted,
 };
 use lacuna_effects::servo;
-use lacuna_rigid::{GRAVITY, Joint, JointKind, Robot, RobotError, Tree};
+use lacuna_rigid::{GRAVITY, InertialParameters, Joint, JointKind, Robot, RobotError, Tree};
 use serde::Deserialize;
 use std::io;
 use std::ops::Range;
@@ -19,7 +19,9 @@ use toml::Spanned;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawRobot {
-    file: Spanned<String>,
+    /// Its own file, or the text of such a file.
+    file: Option<Spanned<String>>,
+    text: Option<Spanned<String>>,
     gravity: Option<Spanned<[f64; 3]>>,
     #[serde(default)]
     locked: Vec<Spanned<RawLocked>>,
@@ -99,8 +101,10 @@ impl Reader<'_> {
     pub(super) fn robot(&self, raw: &File, table: &Spanned<RawRobot>) -> Result<Model, ModelError> {
         self.check_alone(raw, table.span(), "[robot] says how all joints move")?;
         let robot = table.get_ref();
-        let file = self.beside(robot.file.get_ref());
-        let (tree, mut own) = self.tree(robot, file)?;
+        let (mut tree, mut own) = self.tree(robot, self.own_file(table)?)?;
+        // What a model file says of a link that is fixed to another, it says of that alone.
+        links(raw.parameters.keys().map(|name| name.get_ref().as_str()))
+            .for_each(|link| _ = tree.tell_apart(link));
         let tree = Arc::new(tree);
         let gravity = robot.gravity.as_ref().map_or(own.stated_gravity, |g| *g.get_ref());
         own.gravity = gravity;
@@ -144,7 +148,7 @@ impl Reader<'_> {
             let effect = self.effect(e, &model)?;
             model.effects.push(effect);
         }
-        check_weight(&model, &tree)?;
+        check_weight(&model, &tree, self.file)?;
         Ok(model)
     }
 
@@ -187,22 +191,45 @@ impl Reader<'_> {
         Path::new(self.file).parent().unwrap_or(Path::new("")).join(name)
     }
 
-    /// What moves, and the robot's file.
-    fn tree(&self, raw: &RawRobot, file: PathBuf) -> Result<(Tree, RobotFile), ModelError> {
+    /// The robot's own file: where it is, unless its text stands in the model's, and its text.
+    fn own_file(&self, table: &Spanned<RawRobot>) -> Result<(Option<PathBuf>, String), ModelError> {
+        let raw = table.get_ref();
+        let file = match (&raw.file, &raw.text) {
+            (Some(file), None) => file,
+            (None, Some(text)) => return Ok((None, text.get_ref().clone())),
+            (file, _) => {
+                let found = if file.is_some() { "both" } else { "neither" };
+                let message = format!(
+                    "[robot] names the robot's own file (file = \"arm.urdf\"), or holds its text (text = \"...\"); \
+                     found {found}"
+                );
+                return Err(self.error(table.span(), message));
+            }
+        };
+        let path = self.beside(file.get_ref());
         let text = match self.robot {
             Some(text) => text.to_owned(),
-            None => text_of(&file).map_err(|e| {
-                let message = format!("the robot's file {} cannot be read: {e}", file.display());
-                self.error(raw.file.span(), message)
+            None => text_of(&path).map_err(|e| {
+                let message = format!("the robot's file {} cannot be read: {e}", path.display());
+                self.error(file.span(), message)
             })?,
         };
-        let in_file = |e: RobotError| in_robot_file((&file, &text), e);
+        Ok((Some(path), text))
+    }
+
+    /// What moves, and the robot's file.
+    fn tree(
+        &self,
+        raw: &RawRobot,
+        (path, text): (Option<PathBuf>, String),
+    ) -> Result<(Tree, RobotFile), ModelError> {
+        let in_file = |e: RobotError| in_robot_file((path.as_deref(), &text, self.file), e);
         let robot = lacuna_rigid::read(&text).map_err(in_file)?;
         let held = self.held(&raw.locked, &robot)?;
         let tree = robot.tree(&held).map_err(in_file)?;
         let stated_gravity = robot.gravity.unwrap_or(GRAVITY);
         let format = robot.format;
-        Ok((tree, RobotFile { path: file, text, format, stated_gravity, gravity: stated_gravity }))
+        Ok((tree, RobotFile { path, text, format, stated_gravity, gravity: stated_gravity }))
     }
 
     /// The joints that are held still, each where.
@@ -259,37 +286,19 @@ impl Reader<'_> {
         let inertia = share(&tolerance.inertia)?;
         let values = RobotDynamics::values(tree);
         let matters = matters(dynamics, &values);
-        let mut parameters = Vec::with_capacity(values.len());
-        for (k, value) in values.iter().enumerate() {
-            let (body, (suffix, part)) = (&tree.bodies[k / PARTS.len()], PARTS[k % PARTS.len()]);
-            let std = match part {
-                Part::Mass => mass * value,
-                Part::Centre if body.inertia.mass > 0.0 => com,
-                Part::Inertia => inertia * radius(&body.inertia.inertia, suffix),
-                Part::Centre
-                | Part::Damping
-                | Part::Friction
-                | Part::Armature
-                | Part::Stiffness => 0.0,
-            };
-            let turns = body.joint.kind == JointKind::Revolute;
-            let (of, unit) = match part {
-                Part::Mass => (&body.name, "kg"),
-                Part::Centre => (&body.name, "m"),
-                Part::Inertia => (&body.name, "kg m^2"),
-                Part::Damping => (&body.joint.name, if turns { "N m s/rad" } else { "N s/m" }),
-                Part::Friction => (&body.joint.name, if turns { "N m" } else { "N" }),
-                Part::Armature => (&body.joint.name, if turns { "kg m^2" } else { "kg" }),
-                Part::Stiffness => (&body.joint.name, if turns { "N m/rad" } else { "N/m" }),
-            };
-            parameters.push(Parameter {
-                name: format!("{of}.{suffix}"),
-                value: *value,
-                unit: unit.to_owned(),
-                uncertainty: Uncertainty::Absolute(if matters[k] { std } else { 0.0 }),
-            });
-        }
-        Ok(parameters)
+        let std = |of: &Described, value: f64| match of.part {
+            Part::Mass => mass * value,
+            Part::Centre if of.inertia.mass > 0.0 => com,
+            Part::Inertia => inertia * radius(&of.inertia.inertia, of.suffix),
+            Part::Centre | Part::Damping | Part::Friction | Part::Armature | Part::Stiffness => 0.0,
+        };
+        let one = |((of, &value), matters): ((Described, &f64), bool)| Parameter {
+            name: format!("{}.{}", of.name, of.suffix),
+            value,
+            unit: of.unit().to_owned(),
+            uncertainty: Uncertainty::Absolute(if matters { std(&of, value) } else { 0.0 }),
+        };
+        Ok(described(tree).zip(&values).zip(matters).map(one).collect())
     }
 
     /// `[parameters]` beside a robot: other values of what its file says, or how sure they are.
@@ -350,6 +359,64 @@ impl Reader<'_> {
     }
 }
 
+/// What a parameter of a robot's dynamics is.
+struct Described<'t> {
+    /// What it is of: a link or a joint.
+    name: &'t str,
+    suffix: &'static str,
+    part: Part,
+    /// Of its link.
+    inertia: InertialParameters<f64>,
+    /// Of its joint.
+    kind: JointKind,
+}
+
+impl Described<'_> {
+    fn unit(&self) -> &'static str {
+        let of_turning = |turning, sliding| match self.kind {
+            JointKind::Revolute => turning,
+            JointKind::Prismatic => sliding,
+        };
+        match self.part {
+            Part::Mass => "kg",
+            Part::Centre => "m",
+            Part::Inertia => "kg m^2",
+            Part::Damping => of_turning("N m s/rad", "N s/m"),
+            Part::Friction => of_turning("N m", "N"),
+            Part::Armature => of_turning("kg m^2", "kg"),
+            Part::Stiffness => of_turning("N m/rad", "N/m"),
+        }
+    }
+}
+
+/// The parameters of a robot's dynamics, in their order ([`RobotDynamics::values`]).
+fn described(tree: &Tree) -> impl Iterator<Item = Described<'_>> {
+    let of_bodies = tree.bodies.iter().flat_map(|body| {
+        let (inertia, kind) = (body.inertia, body.joint.kind);
+        PARTS.iter().enumerate().map(move |(k, &(suffix, part))| {
+            let name = if k < INERTIAL { &body.name } else { &body.joint.name };
+            Described { name, suffix, part, inertia, kind }
+        })
+    });
+    let of_parts = tree.bodies.iter().flat_map(|body| {
+        body.apart().flat_map(|link| {
+            let (name, inertia, kind) = (&link.name, link.inertia(), body.joint.kind);
+            let inertial = PARTS[..INERTIAL].iter();
+            inertial.map(move |&(suffix, part)| Described { name, suffix, part, inertia, kind })
+        })
+    });
+    of_bodies.chain(of_parts)
+}
+
+/// The links of which parameters by these names tell the inertia.
+fn links<'n>(names: impl Iterator<Item = &'n str>) -> impl Iterator<Item = &'n str> {
+    let inertial = |of: &str| PARTS[..INERTIAL].iter().any(|(suffix, _)| *suffix == of);
+    names.filter_map(move |name| {
+        let (link, of) = name.rsplit_once('.')?;
+        inertial(of).then_some(link)
+    })
+}
+
 /// What its file states of the servo of each coordinate.
 fn servos(tree: &Tree) -> Vec<Option<OfFile>> {
     let stated = |(joint, inertia): (&Joint, f64)| {
@@ -359,22 +426,31 @@ fn servos(tree: &Tree) -> Vec<Option<OfFile>> {
     tree.joints().zip(tree.moved()).map(stated).collect()
 }
 
-/// What is wrong with a robot's own file, as that of a model.
-fn in_robot_file((file, text): (&Path, &str), e: RobotError) -> ModelError {
-    ModelError {
-        file: file.display().to_string(),
-        place: e.line.map(|line| Place::of_line(text, line as usize)),
-        message: e.message,
+/// What is wrong with a robot's own file, as that of a model; where its text stands in a model file, that is the
+/// last of these.
+fn in_robot_file((path, text, model): (Option<&Path>, &str, &str), e: RobotError) -> ModelError {
+    let RobotError { line, message } = e;
+    match (path, line) {
+        (Some(path), _) => ModelError {
+            file: path.display().to_string(),
+            place: line.map(|line| Place::of_line(text, line as usize)),
+            message,
+        },
+        (None, line) => {
+            let at = line.map_or_else(String::new, |line| format!("line {line} of "));
+            let message = format!("{at}the robot's text: {message}");
+            ModelError { file: model.to_owned(), place: None, message }
+        }
     }
 }
 
 /// What moves must have inertia.
-fn check_weight(model: &Model, tree: &Tree) -> Result<(), ModelError> {
+fn check_weight(model: &Model, tree: &Tree, file: &str) -> Result<(), ModelError> {
     let Some(own) = model.robot_file().filter(|_| model.is_singular_at_rest()) else {
         return Ok(());
     };
-    let error =
-        |line, message| Err(in_robot_file((&own.path, &own.text), RobotError { line, message }));
+    let whole = (own.path.as_deref(), &*own.text, file);
+    let error = |line, message| Err(in_robot_file(whole, RobotError { line, message }));
     let moved = tree.moved().into_iter().position(|moved| moved.is_nan() || moved <= 0.0);
     let Some(body) = moved.map(|i| &tree.bodies[tree.leading[i]]) else {
         let message = "the mass matrix is singular where all joints are at 0".to_owned();
@@ -399,7 +475,7 @@ fn assume_rotors(model: &mut Model, tree: &Tree) {
         let (body, kind) = (&tree.bodies[i], tree.bodies[i].joint.kind);
         let alike = |&p: &usize| tree.bodies[p].joint.kind == kind && of(p) > 0.0;
         let before = tree.path(i).skip(1).find(alike);
-        let (0.0, true, Some(before)) = (of(i), body.inertia.mass > 0.0, before) else {
+        let (0.0, true, Some(before)) = (of(i), body.whole().mass > 0.0, before) else {
             continue;
         };
         let name = format!("{}.armature", body.joint.name);
