@@ -48,17 +48,18 @@ impl ForceLaw for Cogging {
 
 fn priors(scales: &Scales) -> Vec<Prior> {
     let pi = std::f64::consts::PI;
-    let pitch = Prior::order(
-        3.0 * pi / scales.stroke,
-        2.0,
-        (pi / scales.half_range(), 16.0 * pi / scales.stroke),
-    );
+    let fastest = scales
+        .pitches
+        .into_iter()
+        .fold(16.0 * pi / scales.stroke, |most, pitch| most.max(pitch + pi / scales.half_range()));
+    let pitch = Prior::order(3.0 * pi / scales.stroke, 2.0, (pi / scales.half_range(), fastest));
     vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), pitch]
 }
 
-/// From half a period over the range to fourteen, finely enough that a peak of the
-/// evidence, as wide as one period over the range, cannot fall between.
+/// From one period over the range to twenty ([`crate::PITCHES`]), finely enough that a peak of the evidence, as wide as one period over
+/// the range, cannot fall between; beyond them those that stand out.
 fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
     let fundamental = std::f64::consts::PI / scales.half_range();
-    (0..40).map(|k| vec![1.2 * fundamental * 1.075f64.powi(k)]).collect()
+    let grid = (0..40).map(|k| 1.2 * fundamental * 1.075f64.powi(k));
+    grid.chain(scales.pitches.into_iter().filter(|k| *k > 0.0)).map(|k| vec![k]).collect()
 }

@@ -30,5 +30,5 @@ pub(crate) fn smoothing_velocities(scales: &Scales) -> [f64; 3] {
 
 /// Prior of a smoothing velocity.
 pub(crate) fn smoothing_prior(scales: &Scales) -> Prior {
-    Prior::order(0.03 * scales.v, 2.5, (0.003 * scales.v, 0.4 * scales.v))
+    Prior::order(0.03 * scales.v, 2.5, (1e-4 * scales.v, 0.4 * scales.v))
 }

@@ -103,7 +103,7 @@ pub use law::{
 };
 pub use parameter::{Kind, Parameter, Range};
 pub use prior::Prior;
-pub use scales::{GRID, LINES, Scales};
+pub use scales::{GRID, LINES, PITCHES, Scales};
 pub use stated::{Quantity, Stated};
 pub use unit::Dimension;
 

@@ -2,7 +2,9 @@
 
 /// Periods in the recordings up to which a grid covers the frequencies of what repeats.
 pub const GRID: f64 = 80.0;
-/// Spectral lines beyond it that are told of a channel.
+/// Periods over the range of a coordinate up to which a grid covers the wavenumbers of what repeats over it.
+pub const PITCHES: f64 = 20.0;
+/// Spectral lines beyond these that are told of a channel.
 pub const LINES: usize = 16;
 
 /// Magnitudes of a channel in the recordings: what priors and grids of shapes are spread over.
@@ -37,6 +39,8 @@ pub struct Scales {
     /// Angular frequencies that stand out of what the motion needs beside the model, beyond those that a grid covers,
     /// the strongest first; 0 where there are no more.
     pub lines: [f64; LINES],
+    /// Wavenumbers over the coordinate that stand out likewise.
+    pub pitches: [f64; LINES],
     /// Of a link: the mass of all of the robot that moves (kg), and how far from its joint it reaches (m).
     pub link: (f64, f64),
 }
@@ -58,6 +62,7 @@ impl Default for Scales {
             step: 0.0,
             time: (0.0, 0.0),
             lines: [0.0; LINES],
+            pitches: [0.0; LINES],
             link: (0.0, 0.0),
         }
     }

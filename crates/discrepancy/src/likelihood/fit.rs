@@ -60,6 +60,9 @@ pub struct Fit<'p> {
     pub(super) linearised: Option<Arc<[Block]>>,
 }
 
+/// Least misfit for which noise of another size is looked at: what a nat is.
+const LEAST_CALMED: f64 = 2.0;
+
 /// Nothing moves.
 pub const STILL: Effort = Effort { steps: 0, least: 0.0 };
 /// A few steps, enough to compare.
@@ -195,6 +198,32 @@ impl<'p> Fit<'p> {
         let (h, windowed) = (self.hypothesis.clone(), self.windowed.clone());
         let steps = self.steps_under(noise.is_some());
         minimise(self.problem, h, windowed, (noise, steps), effort)
+    }
+
+    /// By how much the misfit falls where all noise that drives the machine is larger or smaller by what this fit leaves: a law
+    /// that says more leaves less of it, and one that frees a coordinate of inertia has the same force push it further.
+    /// 0 where none drives it, or next to nothing could be gained.
+    #[must_use]
+    pub fn calmed(&self) -> f64 {
+        // Of innovations that are all due to it, chi2 = n s^2, its likeliest size is s times as large; where outputs are
+        // noisy too, not quite, and once more.
+        const ROUNDS: usize = 4;
+        let mut best = Cow::Borrowed(self);
+        for _ in 0..ROUNDS {
+            let (Some(noise), left) = (&best.noise, best.reduced()) else { break };
+            let most = best.count as f64 * (left - 1.0 - left.ln());
+            if !(most > LEAST_CALMED) {
+                break;
+            }
+            let own = Arc::new(noise.times(left.sqrt()));
+            match best.driven_by(Some(own), STILL) {
+                Ok(calmer) if calmer.misfit() < best.misfit() - LEAST_CALMED => {
+                    best = Cow::Owned(calmer);
+                }
+                _ => break,
+            }
+        }
+        self.misfit() - best.misfit()
     }
 
     /// Fit another hypothesis from here, in the same windows.

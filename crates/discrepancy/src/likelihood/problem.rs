@@ -348,7 +348,8 @@ impl<'a> Problem<'a> {
                 link: (0.0, 0.0),
                 step: self.sample,
                 time: self.times(),
-                lines: lines[c],
+                lines: lines[c].rates,
+                pitches: lines[c].pitches,
             }
         };
         (0..self.model.channels()).map(scale).collect()

@@ -42,6 +42,13 @@ impl ProcessNoise {
         Self { inputs: stated.collect(), ..Self::none(problem) }
     }
 
+    /// What drives the machine, so many times as large.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        let all = |of: &[f64]| of.iter().map(|s| s * factor).collect();
+        Self { inputs: all(&self.inputs), forces: all(&self.forces), outputs: self.outputs.clone() }
+    }
+
     /// Whether nothing drives the machine.
     #[must_use]
     pub fn is_none(&self) -> bool {

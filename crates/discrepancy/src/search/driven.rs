@@ -261,7 +261,7 @@ impl<'p> Search<'p> {
         tried.retain(|t| t.fit.log_evidence(temperature) >= least);
         let mut tried = match direct {
             Ok(fit) if fit.reduced() < self.decision.noise => {
-                let best = Tried { fit, ..tried.remove(0) };
+                let best = Tried::new(tried.remove(0).candidate, fit);
                 let mut all = each(tried, |f| f.driven_by(None, FULL));
                 all.insert(0, best);
                 all
@@ -294,7 +294,10 @@ fn each<'p>(
     tried: Vec<Tried<'p>>,
     again: impl Fn(&Fit<'p>) -> Result<Fit<'p>, FitError> + Sync,
 ) -> Vec<Tried<'p>> {
-    tried.into_par_iter().filter_map(|t| Some(Tried { fit: again(&t.fit).ok()?, ..t })).collect()
+    tried
+        .into_par_iter()
+        .filter_map(|t| Some(Tried::new(t.candidate, again(&t.fit).ok()?)))
+        .collect()
 }
 
 #[cfg(test)]
@@ -337,6 +340,25 @@ mod tests {
         let (calibrated, path) = (fit.clone(), Path { fit, named });
         let (floor, undriven, promise) = (0.0, calibrated.reduced(), 0.0);
         Searched { calibrated, path, floor, undriven, promise, coloured: false }
+    }
+
+    #[test]
+    fn noise_of_another_size_counts_for_nothing() {
+        let model = Model::from_text(MODEL, "slider.toml").expect("a model");
+        let dataset = Dataset::new(&model, &[recording(&model)]).expect("a dataset");
+        let problem = Problem::new(&model, &dataset).expect("a problem");
+        let exact = Fit::begin(&problem, Hypothesis::of(&model), 0).expect("a fit");
+        let beside = |size: f64| {
+            let noise = ProcessNoise { inputs: vec![size], ..ProcessNoise::none(&problem) };
+            exact.driven_by(Some(Arc::new(noise)), FULL).expect("a fit")
+        };
+        // What is left is twice and half as large as it should be, then.
+        let [right, large, small] = [1.0, 2.0, 0.5].map(beside);
+        for off in [large, small] {
+            let (lost, calmed) = (off.misfit() - right.misfit(), off.calmed());
+            assert!(lost > 100.0 && calmed > 0.8 * lost, "{calmed} of {lost}");
+        }
+        assert_eq!(exact.calmed(), 0.0);
     }
 
     #[test]

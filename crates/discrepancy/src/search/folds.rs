@@ -205,6 +205,19 @@ impl Search<'_> {
         path.named.len() < before
     }
 
+    /// Whether a simpler law in the place of effect `k` leaves as much as the richer one, as far as noise is known, and what
+    /// that says beyond it is less than the least share of what either says: no formula is better. Friction that stands still, too steep for any
+    /// smooth law, leads one by a peak of a hundredth of it, and that by many nats.
+    fn says_as_much(&self, rich: &Fit, k: usize, simple: &Fit) -> bool {
+        if simple.reduced() > self.decision.noise * rich.inflation() {
+            return false;
+        }
+        let said = simple.reduced() - rich.reduced();
+        // What diverges without it leaves more than can be told.
+        let without = rich.without(k, QUICK).map_or(f64::INFINITY, |fit| fit.excess());
+        said <= self.decision.relevant * without
+    }
+
     /// Simpler laws where a richer one does not lead them, or folds speak against it beside them.
     pub(super) fn simplified<'p>(&self, mut path: Path<'p>) -> Path<'p> {
         for k in (0..path.named.len()).rev() {
@@ -212,7 +225,8 @@ impl Search<'_> {
             let lead = path.fit.gain_over(&simple);
             let words = path.fit.hypothesis.supposed()[k].effect.words;
             self.watch.tell(&format!("{words} leads a simpler law by {lead:.1} nats"));
-            if lead < self.decision.tie || self.refuted(&simple, &path.fit) {
+            let is_drawn = lead < self.decision.tie || self.says_as_much(&path.fit, k, &simple);
+            if is_drawn || self.refuted(&simple, &path.fit) {
                 let rich = &path.fit.hypothesis;
                 let candidate = Candidate::of(&rich.supposed()[k]);
                 let behind = self.decision.tie;

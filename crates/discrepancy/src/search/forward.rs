@@ -34,6 +34,25 @@ enum Next<'p> {
 pub(super) struct Tried<'p> {
     pub candidate: Candidate,
     pub fit: Fit<'p>,
+    /// By how much its misfit falls where the noise that drives the machine is as large as what it leaves.
+    calmed: f64,
+}
+
+impl<'p> Tried<'p> {
+    pub fn new(candidate: Candidate, fit: Fit<'p>) -> Self {
+        let calmed = fit.calmed();
+        Self { candidate, fit, calmed }
+    }
+
+    /// Log evidence at a temperature, beside noise of its own.
+    pub fn log_evidence(&self, temperature: f64) -> f64 {
+        self.fit.log_evidence(temperature) + 0.5 * self.calmed / temperature
+    }
+
+    /// The same with what its end still promises.
+    fn hope(&self, temperature: f64) -> f64 {
+        self.fit.hope(temperature) + 0.5 * self.calmed / temperature
+    }
 }
 
 impl<'p> Search<'p> {
@@ -251,7 +270,7 @@ impl<'p> Search<'p> {
         if let Some((candidate, with)) = holder
             && let Ok(fit) = chain::begin(short, with.clone())
         {
-            tried.push(Tried { candidate, fit });
+            tried.push(Tried::new(candidate, fit));
         }
         self.keep_likely(&mut tried, short);
         tried.retain(|t| holder.is_none_or(|(candidate, _)| t.candidate != candidate));
@@ -290,7 +309,7 @@ impl<'p> Search<'p> {
         let mut tried = Vec::with_capacity(all.len());
         for (candidate, fit) in all {
             match fit {
-                Ok(fit) => tried.push(Tried { candidate, fit }),
+                Ok(fit) => tried.push(Tried::new(candidate, fit)),
                 Err(error) => {
                     self.watch.tell(&format!("{}: {error}", candidate.effect.words));
                 }
@@ -303,17 +322,17 @@ impl<'p> Search<'p> {
     /// best leaves nothing but noise, likelihoods are what they say.
     fn keep_likely(&self, tried: &mut Vec<Tried<'p>>, short: &Fit<'p>) {
         let temperature = rank(tried);
-        let Some(best) = tried.first().map(|t| &t.fit) else { return };
+        let Some(best) = tried.first() else { return };
         let decision = &self.decision;
         let top = best.log_evidence(temperature);
         let mut room = self.settled_room();
-        if best.reduced() > decision.noise
+        if best.fit.reduced() > decision.noise
             && let Ok(base) = short.glimpse(short.hypothesis.clone(), STILL)
         {
             let gained = top - base.log_evidence(temperature);
             room = room.max((1.0 - decision.screening_error) * gained);
         }
-        tried.retain(|t| t.fit.hope(temperature) > top - room);
+        tried.retain(|t| t.hope(temperature) > top - room);
     }
 
     /// Nats behind what leaves nothing but noise that no longer windows bring back.
@@ -348,14 +367,14 @@ impl<'p> Search<'p> {
     fn lengthened(&self, tried: Vec<Tried<'p>>, gained: f64) -> Vec<Tried<'p>> {
         let decision = &self.decision;
         let temperature = common_temperature(tried.iter().map(|t| &t.fit));
-        let top = tried[0].fit.log_evidence(temperature);
+        let top = tried[0].log_evidence(temperature);
         // Where the best leaves nothing but noise, likelihoods are what they say; where it does
         // not, longer windows may turn the order.
         let least = 3.0 * decision.prior_odds;
         let settled = tried[0].fit.reduced() < decision.noise;
         let room = if settled { least } else { (0.5 * decision.share * gained).max(least) };
         let close: Vec<Tried> =
-            tried.into_iter().filter(|t| t.fit.log_evidence(temperature) > top - room).collect();
+            tried.into_iter().filter(|t| t.log_evidence(temperature) > top - room).collect();
         let longest = |fit: &Fit<'p>, level, slack| {
             chain::lengthen_at_once(fit, level, decision.noise).unwrap_or_else(|| {
                 chain::lengthen_to(fit.clone(), level, (decision.window_misfit, slack))
@@ -371,8 +390,7 @@ impl<'p> Search<'p> {
                     0 => first.clone(),
                     _ => longest(&t.fit, level, 10.0),
                 };
-                (fit.windowed.level == level)
-                    .then(|| Tried { fit: chain::polish(fit), candidate: t.candidate })
+                (fit.windowed.level == level).then(|| Tried::new(t.candidate, chain::polish(fit)))
             })
             .collect();
         // Rivals that were not brought to the same windows are rivals all the same.
@@ -388,7 +406,7 @@ impl<'p> Search<'p> {
     /// Put first the best that is `wanted`, where it is as good as the best of all.
     pub(super) fn prefer(&self, ranked: &mut [Tried<'p>], wanted: impl Fn(&Candidate) -> bool) {
         let temperature = common_temperature(ranked.iter().map(|t| &t.fit));
-        let evidence = |t: &Tried| t.fit.log_evidence(temperature);
+        let evidence = |t: &Tried| t.log_evidence(temperature);
         let Some(best) = ranked.first() else { return };
         let least = evidence(best) - self.decision.tie;
         let equal = |t: &Tried| wanted(&t.candidate) && evidence(t) > least;
@@ -451,7 +469,7 @@ impl Lead {
 /// The first of what was ranked, with the others as its rivals.
 pub(super) fn named(ranked: &[Tried], gain: f64) -> Named {
     let temperature = ranked[0].fit.temperature();
-    let evidence = |t: &Tried| t.fit.log_evidence(temperature);
+    let evidence = |t: &Tried| t.log_evidence(temperature);
     let rival = |t: &Tried| Rival {
         candidate: t.candidate,
         behind: evidence(&ranked[0]) - evidence(t),
@@ -465,9 +483,7 @@ pub(super) fn named(ranked: &[Tried], gain: f64) -> Named {
 /// more.
 pub(super) fn rank(tried: &mut [Tried]) -> f64 {
     let temperature = common_temperature(tried.iter().map(|t| &t.fit));
-    tried.sort_by(|a, b| {
-        b.fit.log_evidence(temperature).total_cmp(&a.fit.log_evidence(temperature))
-    });
+    tried.sort_by(|a, b| b.log_evidence(temperature).total_cmp(&a.log_evidence(temperature)));
     temperature
 }
 

@@ -20,7 +20,7 @@ impl<'p> Search<'p> {
         });
         more.retain(|t| !self.is_confined(&t.fit));
         let temperature = common_temperature(tried.iter().chain(&more).map(|t| &t.fit));
-        let evidence = |t: &Tried| t.fit.log_evidence(temperature);
+        let evidence = |t: &Tried| t.log_evidence(temperature);
         for new in more {
             match tried.iter_mut().find(|t| t.candidate == new.candidate) {
                 Some(old) if evidence(old) < evidence(&new) => *old = new,
@@ -69,7 +69,7 @@ impl<'p> Search<'p> {
             .map(|effect| {
                 let candidate = Candidate::of(&effect);
                 let fit = fit.glimpse(self.with(&plain, effect), glance).ok()?;
-                Some(Tried { candidate, fit })
+                Some(Tried::new(candidate, fit))
             })
             .collect();
         let mut glanced: Vec<Tried> = glanced.into_iter().flatten().collect();
@@ -87,7 +87,8 @@ impl<'p> Search<'p> {
                 best.push(t);
             }
         }
-        let all = |t: Tried<'p>| Some(Tried { fit: fit.refit(t.fit.hypothesis, FULL).ok()?, ..t });
+        let all =
+            |t: Tried<'p>| Some(Tried::new(t.candidate, fit.refit(t.fit.hypothesis, FULL).ok()?));
         best.into_par_iter().filter_map(all).collect()
     }
 }

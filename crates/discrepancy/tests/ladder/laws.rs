@@ -3,7 +3,9 @@
 use crate::findings::{conceal, names};
 use crate::machines::{Bench, ON_CARRIAGE, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnosis::Verdict;
+use lacuna_excitation::{add_gaussian_noise, rng};
 use lacuna_plants::Model;
+use lacuna_recordings::Recording;
 
 /// An entry of a model file.
 fn effect(class: &str, channel: &str, numbers: &str) -> String {
@@ -152,6 +154,48 @@ fn a_spring_that_no_formula_comes_near_is_a_curve() {
     assert_eq!(found, [("unknown_function", &["q".to_owned()][..])]);
     let fit = &d.fit.held_out["q"];
     assert!(fit.rmse_after < 1.5 * fit.noise, "{fit:?}");
+}
+
+/// A carriage that rubs as dry friction does that is no smooth law: where no force moves it, it stands still.
+#[test]
+fn what_stands_still_has_no_peak_of_friction() {
+    const FRICTION: f64 = 0.4;
+    // Steps of Euler's within a sample, the friction as far as it can take the speed.
+    const STEPS: usize = 1000;
+    let bench = Bench { noise: 1e-4, ..ON_CARRIAGE };
+    let mut recordings = bench.record(&bench.model(), 380, 3);
+    for (run, r) in recordings.iter_mut().enumerate() {
+        let named = |r: &Recording, name: &str| r.columns.iter().position(|c| c.name == name);
+        let (u, x) = (named(r, "u").expect("an input"), named(r, "x").expect("a place"));
+        let (mut place, mut speed, step) = (0.0, 0.0f64, bench.step / STEPS as f64);
+        let mut places = vec![];
+        for force in r.columns[u].values.clone() {
+            places.push(place);
+            for _ in 0..STEPS {
+                let pushed = speed + step * (force - 2.0 * speed);
+                speed = pushed.signum() * (pushed.abs() - step * FRICTION).max(0.0);
+                place += step * speed;
+            }
+        }
+        add_gaussian_noise(&mut places, bench.noise, &mut rng(381, run as u64)).expect("noise");
+        r.columns[x].values = places;
+    }
+    let d = diagnosed(&bench.model(), &recordings).diagnosis;
+    names(&d, "coulomb_friction", "x", &[("magnitude", FRICTION)]);
+}
+
+/// Of more periods over the way than a grid of wavenumbers could cover.
+#[test]
+fn cogging_over_many_pitches() {
+    let bench = Bench {
+        samples: 3000,
+        step: 0.004,
+        amplitude: (10.0, 40.0),
+        frequency: (0.5, 4.0),
+        ..ON_CARRIAGE
+    };
+    let d = conceal(bench, 382, &effect("cogging", "x", "amplitude = 1.5\nwavenumber = 23\n"));
+    names(&d, "cogging", "x", &[("amplitude", 1.5), ("wavenumber", 23.0)]);
 }
 
 /// Of more periods in a recording than a grid of frequencies could cover.
