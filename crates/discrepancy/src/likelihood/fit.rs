@@ -212,7 +212,7 @@ impl<'p> Fit<'p> {
         for _ in 0..ROUNDS {
             let (Some(noise), left) = (&best.noise, best.reduced()) else { break };
             let most = best.count as f64 * (left - 1.0 - left.ln());
-            if !(most > LEAST_CALMED) {
+            if most.is_nan() || most <= LEAST_CALMED {
                 break;
             }
             let own = Arc::new(noise.times(left.sqrt()));
