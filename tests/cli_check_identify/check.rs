@@ -49,6 +49,34 @@ fn check_converts_units_and_names_columns_that_are_not_used() {
     assert_eq!(report["not_used"], serde_json::json!(["temperature"]));
 }
 
+/// A state that nobody measures is told by what depends on it: parameters are assessed, as they would be fitted.
+#[test]
+fn check_assesses_parameters_beside_a_state_that_is_not_measured() {
+    let model = "name = \"heater\"\n[parameters]\nslow = { value = 0.6, unit = \"s\", tolerance = 0.1 }\n\
+        fast = { value = 0.1, unit = \"s\", tolerance = 0.1 }\n[[input]]\nname = \"u\"\nunit = \"K\"\n\
+        [[state]]\nname = \"air\"\nunit = \"K\"\nderivative = \"(u - air)/slow\"\n\
+        [[state]]\nname = \"bead\"\nunit = \"K\"\nderivative = \"(air - bead)/fast\"\n";
+    let bench = Bench::new();
+    bench.write("model.toml", model);
+    let run = Run::new(1);
+    // Exact within a held input but for the order of its steps.
+    let (mut air, mut bead, mut seen) = (0.0, 0.0, vec![]);
+    for (k, u) in run.u.iter().enumerate() {
+        seen.push(bead + 1e-4 * ((k * k * 7 % 11) as f64 - 5.0));
+        for _ in 0..20 {
+            let step = STEP / 20.0;
+            (air, bead) = (air + step * (u - air) / 0.6, bead + step * (air - bead) / 0.1);
+        }
+    }
+    bench.write("run.csv", &Run::csv(&[("t", &run.t), ("bead", &seen), ("u", &run.u)]));
+    let report = bench.json(&["check", "model.toml", "run.csv", "--json"]);
+    assert_eq!(warnings(&report), [""; 0]);
+    assert_eq!(report["not_measured"], serde_json::json!(["air"]));
+    let list = report["parameters"]["list"].as_array().unwrap();
+    assert_eq!(list.len(), 2);
+    assert!(list.iter().all(|p| p["excited"] == true), "{list:?}");
+}
+
 #[test]
 fn check_warns_of_what_the_recordings_cannot_tell() {
     let bench = Bench::new();

@@ -8,7 +8,6 @@
 use crate::discrepancy::Dataset;
 use crate::discrepancy::likelihood::{Problem, What};
 use crate::discrepancy::search::about_nominal;
-use crate::discrepancy::trajectories::unmeasured;
 use crate::plants::Model;
 use crate::table::{Table, number};
 use serde::Serialize;
@@ -54,9 +53,6 @@ impl Parameters {
         let nothing = |reason| Self { list: vec![], confounded: vec![], not_assessed: reason };
         if model.parameters.iter().all(|p| p.std() == 0.0) {
             return nothing(None);
-        }
-        if let Some(&state) = unmeasured(model, data).first() {
-            return nothing(Some(format!("no column measures '{}'", model.state_name(state))));
         }
         match Self::assess(model, data) {
             Ok(parameters) => parameters,
