@@ -59,9 +59,9 @@ pub(super) fn of_channels(problem: &Problem, (begin, end): (f64, f64)) -> Vec<Li
     let missing: Vec<Vec<Vec<f64>>> = smoothed.iter().map(|s| missing(&system, s)).collect();
     for c in wanted {
         let place = model.place(c);
-        let along = |where_: &dyn Fn(&SmoothedRecording) -> Vec<f64>| -> Vec<Part> {
+        let along = |place_in: &dyn Fn(&SmoothedRecording) -> Vec<f64>| -> Vec<Part> {
             let of = |(s, all): (&SmoothedRecording, &Vec<Vec<f64>>)| Part {
-                along: where_(s),
+                along: place_in(s),
                 series: tapered(&all.iter().map(|rates| rates[place.v]).collect::<Vec<_>>()),
             };
             smoothed.iter().zip(&missing).map(of).collect()
@@ -69,7 +69,7 @@ pub(super) fn of_channels(problem: &Problem, (begin, end): (f64, f64)) -> Vec<Li
         let q = |s: &SmoothedRecording| (0..s.len()).map(|k| s.state(k)[place.q]).collect();
         lines[c] = Lines {
             rates: strongest(&along(&|s| s.times.clone()), &over_time, evenly),
-            pitches: strongest(&along(&q), &over_place[c], anyhow),
+            pitches: strongest(&along(&q), &over_place[c], unevenly),
         };
     }
     lines
@@ -145,8 +145,8 @@ fn tapered(series: &[f64]) -> Vec<f64> {
     series.iter().enumerate().map(|(k, r)| window(k) * (r - mean)).collect()
 }
 
-/// The sum along anything.
-fn anyhow(part: &Part, w: f64) -> (f64, f64) {
+/// The sum along what is at no even distances.
+fn unevenly(part: &Part, w: f64) -> (f64, f64) {
     let terms = part.along.iter().zip(&part.series);
     terms.fold((0.0, 0.0), |(re, im), (s, r)| {
         let (sine, cosine) = (w * s).sin_cos();
@@ -173,7 +173,7 @@ fn evenly(Part { along, series }: &Part, w: f64) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Part, anyhow, evenly, strongest, tapered};
+    use super::{Part, evenly, strongest, tapered, unevenly};
 
     /// What is neither slow nor a line.
     fn rough(k: usize) -> f64 {
@@ -211,7 +211,7 @@ mod tests {
         };
         let parts = [part(0.0), part(-20.0)];
         let wavenumbers: Vec<f64> = (0..600).map(|k| 1.5 + 0.02 * f64::from(k)).collect();
-        let lines = strongest(&parts, &wavenumbers, anyhow);
+        let lines = strongest(&parts, &wavenumbers, unevenly);
         assert!((lines[0] - 7.0).abs() < 0.02, "{lines:?}");
     }
 }
