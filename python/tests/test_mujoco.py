@@ -300,12 +300,17 @@ def recording(rng):
     return {"t": t, "pivot_torque": torque, "pivot": np.array(pivot) + NOISE * rng.standard_normal(SAMPLES)}
 
 
-def test_the_same_is_named_as_with_the_file(tmp_path):
+@pytest.fixture
+def pendulum(tmp_path):
+    """What is believed of it, as MuJoCo has it and as a file, and what was recorded."""
     rng = np.random.default_rng(17)
-    runs = [recording(rng) for _ in range(2)]
     file = tmp_path / "pendulum.xml"
     file.write_text(PENDULUM)
-    believed = mujoco.MjModel.from_xml_string(PENDULUM)
+    return mujoco.MjModel.from_xml_string(PENDULUM), file, [recording(rng) for _ in range(2)]
+
+
+def test_the_same_is_named_as_with_the_file(pendulum):
+    believed, file, runs = pendulum
     looked_for = ["coulomb_friction", "viscous_friction", "constant_force"]
     models = [lacuna.Model.from_mujoco(believed, as_robot=False), lacuna.Model.from_mjcf(file)]
     found = [lacuna.diagnose(model, runs, only=looked_for) for model in models]
@@ -318,12 +323,8 @@ def test_the_same_is_named_as_with_the_file(tmp_path):
     assert any("differences" in note for note in found[0].notes)
 
 
-def test_a_robot_is_diagnosed_as_its_file_is(tmp_path):
-    rng = np.random.default_rng(17)
-    runs = [recording(rng) for _ in range(2)]
-    file = tmp_path / "pendulum.xml"
-    file.write_text(PENDULUM)
-    believed = mujoco.MjModel.from_xml_string(PENDULUM)
+def test_a_robot_is_diagnosed_as_its_file_is(pendulum, tmp_path):
+    believed, file, runs = pendulum
     own, read = (lacuna.diagnose(m, runs) for m in (lacuna.Model.from_mujoco(believed), lacuna.Model.from_mjcf(file)))
     assert [(f.effect, f.channel) for f in own.findings] == [("coulomb_friction", "pivot")]
     for one, other in zip(own.findings, read.findings, strict=True):

@@ -56,8 +56,8 @@ fn priors(scales: &Scales) -> Vec<Prior> {
     vec![Prior::amplitude(scales.force), Prior::amplitude(scales.force), pitch]
 }
 
-/// From one period over the range to twenty ([`crate::PITCHES`]), finely enough that a peak of the evidence, as wide as one period over
-/// the range, cannot fall between; beyond them those that stand out.
+/// From one period over the range to twenty ([`crate::PITCHES`]), finely enough that a peak of the evidence, as wide as
+/// one period over the range, cannot fall between; beyond them those that stand out.
 fn shapes(scales: &Scales) -> Vec<Vec<f64>> {
     let fundamental = std::f64::consts::PI / scales.half_range();
     let grid = (0..40).map(|k| 1.2 * fundamental * 1.075f64.powi(k));

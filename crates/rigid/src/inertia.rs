@@ -110,6 +110,13 @@ impl Inertia<f64> {
 }
 
 impl<T: Copy> InertialParameters<T> {
+    /// By all its numbers, in the order of [`InertialParameters::entries`].
+    #[inline(always)]
+    #[must_use]
+    pub fn of_entries(&[mass, x, y, z, xx, xy, xz, yy, yz, zz]: &[T; 10]) -> Self {
+        Self { mass, centre: [x, y, z], inertia: [xx, xy, xz, yy, yz, zz] }
+    }
+
     /// All its numbers: mass, centre, inertia.
     #[must_use]
     pub fn entries(&self) -> [T; 10] {

@@ -116,13 +116,7 @@ impl Body {
     /// Inertia of all of it, in the link's frame.
     #[must_use]
     pub fn whole(&self) -> InertialParameters<f64> {
-        if self.apart().next().is_none() { self.inertia } else { self.sum(|_| true).parameters() }
-    }
-
-    /// The link's own inertia with that of some parts.
-    fn sum(&self, of: impl Fn(&Part) -> bool) -> Inertia<f64> {
-        let parts = self.fixed.iter().filter(|part| of(part));
-        parts.fold(self.own, |sum, part| sum.plus(&part.inertia.seen_from_frame(&part.pose)))
+        together(self.own, &self.fixed)
     }
 
     /// Inertia of a body of these parameters in its joint's frame.
@@ -137,6 +131,15 @@ impl Body {
         let axes = self.link_pose.rotation.map(|row| row.map(T::constant));
         inertia.seen_from(&axes, self.link_pose.translation.map(T::constant))
     }
+}
+
+/// Inertia of a link and of parts that are fixed to it, in the link's frame.
+fn together<'p>(
+    own: Inertia<f64>,
+    parts: impl IntoIterator<Item = &'p Part>,
+) -> InertialParameters<f64> {
+    let add = |sum: Inertia<f64>, p: &Part| sum.plus(&p.inertia.seen_from_frame(&p.pose));
+    parts.into_iter().fold(own, add).parameters()
 }
 
 /// Bodies, parents before their children.
@@ -161,16 +164,14 @@ impl Tree {
         self.bodies.iter().flat_map(Body::apart)
     }
 
-    /// Tell a link that is fixed to another apart from that: its inertia is none of the body's any more. Whether
-    /// there is such a link.
-    pub fn tell_apart(&mut self, name: &str) -> bool {
+    /// Tell a link apart from the one that it is fixed to, if it is to any: its inertia is none of the body's any more.
+    pub fn tell_apart(&mut self, name: &str) {
         for body in &mut self.bodies {
-            let Some(part) = body.fixed.iter_mut().find(|part| part.name == name) else { continue };
-            part.is_apart = true;
-            body.inertia = body.sum(|part| !part.is_apart).parameters();
-            return true;
+            if let Some(part) = body.fixed.iter_mut().find(|part| part.name == name) {
+                part.is_apart = true;
+                body.inertia = together(body.own, body.fixed.iter().filter(|part| !part.is_apart));
+            }
         }
-        false
     }
 
     /// The number of coordinates.

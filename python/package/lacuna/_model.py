@@ -14,6 +14,7 @@ import numpy.typing as npt
 from . import _lacuna
 from ._equations import Equations
 from ._lacuna import LacunaError
+from ._points import some_points
 from ._recording import Recording, as_recordings
 
 if TYPE_CHECKING:
@@ -374,7 +375,7 @@ def _as_equations(
     own: _lacuna.Model, rates: Function, mass: Function | None, described: dict[str, Any]
 ) -> _lacuna.Model | None:
     """The same model as equations; none where the functions are no such, or these are not the same."""
-    points = _some_points(described)
+    points = some_points(described, 0.2)
     try:
         text = Equations(described).text(rates, mass, own.force_units)
         equations = _lacuna.Model.of_text(text, described["name"])
@@ -384,18 +385,3 @@ def _as_equations(
         # Whatever a function makes of symbols, or of the points: it stays a function.
         return None
     return equations if np.allclose(one, other, rtol=1e-9, atol=1e-12, equal_nan=True) else None
-
-
-def _some_points(described: dict[str, Any]) -> tuple[npt.NDArray[np.float64], ...]:
-    """States, inputs, parameters and times on which a function and its equations are compared."""
-    rng = np.random.default_rng(0)
-    width = 2 * len(described["coordinates"]) + len(described["states"])
-    nominal = np.array([p[1] for p in described["parameters"]], dtype=np.float64)
-    count = 64
-    scale = 10.0 ** rng.uniform(-2.0, 1.0, (count, 1))
-    return (
-        scale * rng.standard_normal((count, width)),
-        scale * rng.standard_normal((count, len(described["inputs"]))),
-        nominal * rng.uniform(0.8, 1.2, (count, len(nominal))),
-        10.0 * rng.uniform(size=count),
-    )

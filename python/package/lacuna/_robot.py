@@ -12,19 +12,15 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-import numpy.typing as npt
 
 from . import _lacuna
 from ._mujoco import OF_DOF, Joint, Machine, Place, Simulator
+from ._points import some_points
 from ._recording import Recording
 from ._toml import parameter, quoted, recordings
 
-Array = npt.NDArray[np.float64]
-
 #: Greatest difference between the two, of the largest of a place's masses and forces.
 ALIKE = 1e-9
-#: Places that are compared.
-POINTS = 64
 
 
 class Robot:
@@ -136,7 +132,7 @@ def _mjcf(machine: Machine) -> str:
         own += [] if body in still else [_inertial(model, body)]
         parent = int(model.body_parentid[body])
         back = data.xmat[parent].reshape(3, 3).T
-        place, turn, away = (back @ (data.xpos[body] - data.xpos[parent]), np.zeros(4), np.zeros(4))
+        place, turn, away = back @ (data.xpos[body] - data.xpos[parent]), np.zeros(4), np.zeros(4)
         mujoco.mju_negQuat(away, data.xquat[parent])
         mujoco.mju_mulQuat(turn, away, data.xquat[body])
         head = _element("body", name=model.body(body).name, pos=place, quat=turn)
@@ -189,9 +185,12 @@ def _numbers(values: Any) -> str:
 
 def _are_alike(model: _lacuna.Model, machine: Machine, places: list[Place], described: dict[str, Any]) -> bool:
     """Whether masses and forces are MuJoCo's, its constraints apart, at some places."""
-    z, u, p, t = _points(machine, places)
+    # Masses and moments stay such as bodies can have.
+    z, u, p, t = some_points(described, 0.05)
+    centres = [place.array == "body_ipos" for place in places]
+    p[:, centres] += 0.01 * np.random.default_rng(1).standard_normal((len(p), sum(centres)))
     theirs = Simulator(machine.without_constraints(), places)(z, u, p, t)
-    all_of_it = np.tile([value for _, value, _, _ in model.parameters], (POINTS, 1))
+    all_of_it = np.tile([value for _, value, _, _ in model.parameters], (len(p), 1))
     numbers = {name: k for k, (name, _, _, _) in enumerate(model.parameters)}
     for column, (name, *_) in zip(p.T, described["parameters"]):
         if name in numbers:
@@ -200,17 +199,3 @@ def _are_alike(model: _lacuna.Model, machine: Machine, places: list[Place], desc
         all_of_it[:, numbers[f"{joint.name}.friction"]] = 0.0
     off = np.abs(model.rates(z, u, all_of_it, t) - theirs).max(axis=1)
     return bool((off <= ALIKE * np.abs(theirs).max(axis=1)).all())
-
-
-def _points(machine: Machine, places: list[Place]) -> tuple[Array, Array, Array, Array]:
-    rng = np.random.default_rng(0)
-    n = len(machine.joints)
-    scale = 10.0 ** rng.uniform(-2.0, 1.0, (POINTS, 1))
-    nominal = np.array([place.value for place in places])
-    shift = np.array([0.01 if place.array == "body_ipos" else 0.0 for place in places])
-    return (
-        scale * rng.standard_normal((POINTS, 2 * n)),
-        scale * rng.standard_normal((POINTS, n)),
-        nominal * rng.uniform(0.95, 1.05, (POINTS, len(places))) + shift * rng.standard_normal((POINTS, len(places))),
-        10.0 * rng.uniform(size=POINTS),
-    )

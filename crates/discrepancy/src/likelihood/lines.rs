@@ -7,8 +7,8 @@
 //! ```
 //!
 //! s being time or the coordinate, r the acceleration that the smoothed motion has beyond the model's, h a Hann window
-//! over each recording. The sum goes over all recordings, in which what repeats has one phase. A line stands out of its neighbours by the ratio of S to
-//! their mean: differences of what is smoothed grow with the frequency.
+//! over each recording. The sum goes over all recordings, in which what repeats has one phase. A line stands out of its
+//! neighbours by the ratio of S to their mean: differences of what is smoothed grow with the frequency.
 
 use super::Problem;
 use crate::trajectories::SmoothedRecording;
@@ -35,9 +35,9 @@ pub(super) struct Lines {
     pub pitches: [f64; LINES],
 }
 
-/// The lines of each channel, from where a grid of frequencies ends to a quarter of the sampling rate, at the usual speed where
-/// they are over the coordinate; none of recordings of which only a part is searched, nor of what nobody measures, which
-/// moves as the model says, or of levels and temperatures, which hardly move with what is fast.
+/// The lines of each channel, from where a grid of frequencies ends to a quarter of the sampling rate, at the usual speed
+/// where they are over the coordinate; none of recordings of which only a part is searched, nor of what nobody measures,
+/// which moves as the model says, or of levels and temperatures, which hardly move with what is fast.
 pub(super) fn of_channels(problem: &Problem, (begin, end): (f64, f64)) -> Vec<Lines> {
     let (model, smoothed) = (problem.model, &problem.smoothed);
     let moves =
@@ -59,17 +59,16 @@ pub(super) fn of_channels(problem: &Problem, (begin, end): (f64, f64)) -> Vec<Li
     let missing: Vec<Vec<Vec<f64>>> = smoothed.iter().map(|s| missing(&system, s)).collect();
     for c in wanted {
         let place = model.place(c);
-        let along = |place_in: &dyn Fn(&SmoothedRecording) -> Vec<f64>| -> Vec<Part> {
-            let of = |(s, all): (&SmoothedRecording, &Vec<Vec<f64>>)| Part {
-                along: place_in(s),
-                series: tapered(&all.iter().map(|rates| rates[place.v]).collect::<Vec<_>>()),
-            };
-            smoothed.iter().zip(&missing).map(of).collect()
+        let of = |(s, all): (_, &Vec<Vec<f64>>)| {
+            let s: &SmoothedRecording = s;
+            let rates: Vec<f64> = all.iter().map(|rates| rates[place.v]).collect();
+            let places = (0..s.len()).map(|k| s.state(k)[place.q]).collect();
+            Part { times: &s.times, places, series: tapered(&rates) }
         };
-        let q = |s: &SmoothedRecording| (0..s.len()).map(|k| s.state(k)[place.q]).collect();
+        let parts: Vec<Part> = smoothed.iter().zip(&missing).map(of).collect();
         lines[c] = Lines {
-            rates: strongest(&along(&|s| s.times.clone()), &over_time, evenly),
-            pitches: strongest(&along(&q), &over_place[c], unevenly),
+            rates: strongest(&parts, &over_time, along_times),
+            pitches: strongest(&parts, &over_place[c], along_places),
         };
     }
     lines
@@ -87,11 +86,10 @@ fn beyond(periods: f64, span: f64, last: f64) -> Vec<f64> {
 /// Those over the coordinate of a channel.
 fn pitches(problem: &Problem, channel: usize) -> Vec<f64> {
     let place = problem.model.place(channel);
-    let states = || problem.smoothed.iter().flat_map(|s| (0..s.len()).map(move |k| s.state(k)));
-    let fold = |(low, high): (f64, f64), x: &[f64]| (low.min(x[place.q]), high.max(x[place.q]));
-    let (low, high) = states().fold((f64::INFINITY, f64::NEG_INFINITY), fold);
-    let squares: f64 = states().map(|x| x[place.v] * x[place.v]).sum();
-    let usual = (squares / states().count().max(1) as f64).sqrt();
+    let (q, v) = (problem.series(|x| x[place.q]), problem.series(|x| x[place.v]));
+    let low = q.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = q.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let usual = (v.iter().map(|v| v * v).sum::<f64>() / v.len().max(1) as f64).sqrt();
     beyond(PITCHES, high - low, 0.25 * TAU / (usual * problem.sample))
 }
 
@@ -107,9 +105,10 @@ fn missing(system: &System, s: &SmoothedRecording) -> Vec<Vec<f64>> {
     all
 }
 
-/// What is looked at of a recording, fading in and out, and along what.
-struct Part {
-    along: Vec<f64>,
+/// What is looked at of a recording, fading in and out, and when and where it is.
+struct Part<'a> {
+    times: &'a [f64],
+    places: Vec<f64>,
     series: Vec<f64>,
 }
 
@@ -145,19 +144,18 @@ fn tapered(series: &[f64]) -> Vec<f64> {
     series.iter().enumerate().map(|(k, r)| window(k) * (r - mean)).collect()
 }
 
-/// The sum along what is at no even distances.
-fn unevenly(part: &Part, w: f64) -> (f64, f64) {
-    let terms = part.along.iter().zip(&part.series);
-    terms.fold((0.0, 0.0), |(re, im), (s, r)| {
-        let (sine, cosine) = (w * s).sin_cos();
+/// The sum along places.
+fn along_places(Part { places, series, .. }: &Part, w: f64) -> (f64, f64) {
+    places.iter().zip(series).fold((0.0, 0.0), |(re, im), (place, r)| {
+        let (sine, cosine) = (w * place).sin_cos();
         (re + r * cosine, im - r * sine)
     })
 }
 
 /// The sum along times, which within a few samples are taken to be evenly spaced.
-fn evenly(Part { along, series }: &Part, w: f64) -> (f64, f64) {
+fn along_times(Part { times, series, .. }: &Part, w: f64) -> (f64, f64) {
     let (mut re, mut im) = (0.0, 0.0);
-    for (times, series) in along.chunks(TURNED).zip(series.chunks(TURNED)) {
+    for (times, series) in times.chunks(TURNED).zip(series.chunks(TURNED)) {
         let step = (times[times.len() - 1] - times[0]) / (times.len() - 1).max(1) as f64;
         let (mut sine, mut cosine) = (w * times[0]).sin_cos();
         let (turn_sine, turn_cosine) = (w * step).sin_cos();
@@ -173,7 +171,7 @@ fn evenly(Part { along, series }: &Part, w: f64) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Part, evenly, strongest, tapered, unevenly};
+    use super::{Part, along_places, along_times, strongest, tapered};
 
     /// What is neither slow nor a line.
     fn rough(k: usize) -> f64 {
@@ -185,17 +183,20 @@ mod tests {
     #[test]
     fn a_line_stands_out_whatever_moves_beside_it() {
         let w = 83.7;
-        let part = |begin: f64| {
-            let along: Vec<f64> = (0..2000).map(|k| begin + 0.005 * f64::from(k)).collect();
-            let of = |(k, t): (usize, &f64)| (1.3 * t).sin() + 0.1 * (w * t + 0.4).sin() + rough(k);
-            let series: Vec<f64> = along.iter().enumerate().map(of).collect();
-            Part { series: tapered(&series), along }
+        let times: Vec<Vec<f64>> = [0.0, 3.0]
+            .iter()
+            .map(|t0| (0..2000).map(|k| t0 + 0.005 * f64::from(k)).collect())
+            .collect();
+        let of = |(k, t): (usize, &f64)| (1.3 * t).sin() + 0.1 * (w * t + 0.4).sin() + rough(k);
+        let part = |times| {
+            let series: Vec<f64> = <[f64]>::iter(times).enumerate().map(of).collect();
+            Part { times, places: vec![], series: tapered(&series) }
         };
-        let parts = [part(0.0), part(3.0)];
+        let parts: Vec<Part> = times.iter().map(|times| part(&times[..])).collect();
         let frequencies: Vec<f64> = (0..600).map(|k| 20.0 + 0.2 * f64::from(k)).collect();
-        let lines = strongest(&parts, &frequencies, evenly);
+        let lines = strongest(&parts, &frequencies, along_times);
         assert!((lines[0] - w).abs() < 0.2, "{lines:?}");
-        assert_eq!(strongest(&[], &[], evenly), [0.0; super::LINES]);
+        assert_eq!(strongest(&[], &[], along_times), [0.0; super::LINES]);
     }
 
     /// A motor that turns to and fro, fifteen turns in all, seven teeth a turn.
@@ -203,15 +204,16 @@ mod tests {
     fn so_does_one_over_the_coordinate() {
         let part = |begin: f64| {
             let times = (0..3000).map(|k| 0.002 * f64::from(k));
-            let along: Vec<f64> = times.map(|t| begin + 40.0 * (0.9 * t).sin() + 9.0 * t).collect();
+            let turned = |t: f64| begin + 40.0 * (0.9 * t).sin() + 9.0 * t;
+            let places: Vec<f64> = times.map(turned).collect();
             let of =
                 |(k, q): (usize, &f64)| (0.05 * q).sin() + 0.1 * (7.0 * q + 0.4).sin() + rough(k);
-            let series: Vec<f64> = along.iter().enumerate().map(of).collect();
-            Part { series: tapered(&series), along }
+            let series: Vec<f64> = places.iter().enumerate().map(of).collect();
+            Part { times: &[], places, series: tapered(&series) }
         };
         let parts = [part(0.0), part(-20.0)];
         let wavenumbers: Vec<f64> = (0..600).map(|k| 1.5 + 0.02 * f64::from(k)).collect();
-        let lines = strongest(&parts, &wavenumbers, unevenly);
+        let lines = strongest(&parts, &wavenumbers, along_places);
         assert!((lines[0] - 7.0).abs() < 0.02, "{lines:?}");
     }
 }

@@ -396,7 +396,7 @@ impl<'a> Problem<'a> {
     }
 
     /// What the smoothed states of all recordings say of something.
-    fn series(&self, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+    pub(super) fn series(&self, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
         let states = |s| (0..SmoothedRecording::len(s)).map(move |k| s.state(k));
         self.smoothed.iter().flat_map(states).map(of).collect()
     }

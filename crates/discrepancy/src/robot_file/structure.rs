@@ -17,11 +17,7 @@ pub(super) fn link(
     acting: &[Acting],
 ) -> Option<Planned> {
     let (value, parameters) = (|k: Known| k.value, own.entries());
-    let new = InertialParameters {
-        mass: value(known.mass),
-        centre: known.centre.map(value),
-        inertia: known.inertia.map(value),
-    };
+    let new = InertialParameters::of_entries(&known.entries().map(value));
     let moved = known.entries().into_iter().zip(parameters).filter(|(k, was)| k.value != *was);
     let mut says: Vec<String> = moved.map(|(k, was)| said(&k, was, name)).collect();
     let mut added = match says.is_empty() {

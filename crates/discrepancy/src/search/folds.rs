@@ -205,9 +205,9 @@ impl Search<'_> {
         path.named.len() < before
     }
 
-    /// Whether a simpler law in the place of effect `k` leaves as much as the richer one, as far as noise is known, and what
-    /// that says beyond it is less than the least share of what either says: no formula is better. Friction that stands still, too steep for any
-    /// smooth law, leads one by a peak of a hundredth of it, and that by many nats.
+    /// Whether a simpler law in the place of effect `k` leaves as much as the richer one, as far as noise is known, and
+    /// what that says beyond it is less than the least share of what either says: no formula is better. Friction that
+    /// stands still is too steep for any smooth law: beside a peak of a hundredth of it one gains many nats.
     fn says_as_much(&self, rich: &Fit, k: usize, simple: &Fit) -> bool {
         if simple.reduced() > self.decision.noise * rich.inflation() {
             return false;

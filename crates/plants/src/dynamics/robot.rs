@@ -83,10 +83,9 @@ impl RobotDynamics {
     /// The values of [`PARTS`] of every body, and of inertia of every part that is told apart.
     pub fn values(tree: &Tree) -> Vec<f64> {
         let of_body = |b: &lacuna_rigid::Body| {
-            let InertialParameters { mass, centre, inertia } = b.inertia;
             let lacuna_rigid::Joint { damping, friction, armature, stiffness, .. } = b.joint;
             let joint = [damping, friction, armature, stiffness];
-            [mass].into_iter().chain(centre).chain(inertia).chain(joint)
+            b.inertia.entries().into_iter().chain(joint)
         };
         let of_parts = tree.apart().flat_map(|part| part.inertia().entries());
         tree.bodies.iter().flat_map(of_body).chain(of_parts).collect()
@@ -105,12 +104,12 @@ impl RobotDynamics {
         let mut of_parts = of_parts.as_chunks::<INERTIAL>().0.iter();
         let bodies = self.tree.bodies.iter().zip(of_bodies.as_chunks::<{ PARTS.len() }>().0);
         let bodies = bodies.map(|(body, values)| {
-            let &[mass, x, y, z, xx, xy, xz, yy, yz, zz, damping, friction, armature, stiffness] =
-                values;
-            let own = inertial(&[mass, x, y, z, xx, xy, xz, yy, yz, zz]);
+            let [own @ .., damping, friction, armature, stiffness] = *values;
+            let own = body.in_joint_frame(&InertialParameters::of_entries(&own));
             let parts = body.apart().zip(&mut of_parts);
-            let inertia = parts.fold(body.in_joint_frame(&own), |sum, (part, values)| {
-                sum.plus(&body.along_joint(&part.in_link_frame(&inertial(values))))
+            let inertia = parts.fold(own, |sum, (part, values)| {
+                let part = part.in_link_frame(&InertialParameters::of_entries(values));
+                sum.plus(&body.along_joint(&part))
             });
             let rest = body.joint.spring_reference;
             (inertia, Motor { damping, friction, armature, stiffness, rest })
@@ -158,13 +157,6 @@ impl Dynamics for RobotDynamics {
     fn bind_dual(&self, parameters: &[Dual]) -> Bound<Dual> {
         self.bound(parameters)
     }
-}
-
-/// Inertia by its parameters.
-fn inertial<T: Number>(
-    &[mass, x, y, z, xx, xy, xz, yy, yz, zz]: &[T; INERTIAL],
-) -> InertialParameters<T> {
-    InertialParameters { mass, centre: [x, y, z], inertia: [xx, xy, xz, yy, yz, zz] }
 }
 
 #[derive(Debug)]

@@ -44,37 +44,21 @@ impl Model {
 
     /// What is known of each parameter (its value, its name), body by body, in the order of the
     /// dynamics' [tree](crate::dynamics::Dynamics::tree); nothing where the model is no robot's.
-    pub fn by_body<T: Clone>(&self, of_parameters: &[T]) -> Vec<BodyParameters<T>> {
+    pub fn by_body<T: Copy>(&self, of_parameters: &[T]) -> Vec<BodyParameters<T>> {
         let bodies = self.dynamics.tree().map_or(0, |tree| tree.bodies.len());
-        let of_body = |p: &[T]| {
-            let at = |k: usize| p[k].clone();
-            BodyParameters {
-                inertia: inertial(p),
-                damping: at(10),
-                friction: at(11),
-                armature: at(12),
-                stiffness: at(13),
-            }
+        let of_body = |&[own @ .., damping, friction, armature, stiffness]: &[T; PARTS.len()]| {
+            let inertia = InertialParameters::of_entries(&own);
+            BodyParameters { inertia, damping, friction, armature, stiffness }
         };
-        of_parameters.chunks_exact(PARTS.len()).take(bodies).map(of_body).collect()
+        of_parameters.as_chunks().0.iter().take(bodies).map(of_body).collect()
     }
 
     /// The same of the inertia of each part that is told apart from the link that it is fixed to, in the order of
     /// [`lacuna_rigid::Tree::apart`].
-    pub fn by_part<T: Clone>(&self, of_parameters: &[T]) -> Vec<InertialParameters<T>> {
+    pub fn by_part<T: Copy>(&self, of_parameters: &[T]) -> Vec<InertialParameters<T>> {
         let Some(tree) = self.dynamics.tree() else { return vec![] };
-        let of_parts = of_parameters.iter().skip(PARTS.len() * tree.bodies.len()).cloned();
-        let of_parts: Vec<T> = of_parts.take(INERTIAL * tree.apart().count()).collect();
-        of_parts.chunks_exact(INERTIAL).map(inertial).collect()
-    }
-}
-
-/// Inertia by its parameters, which come first.
-fn inertial<T: Clone>(parameters: &[T]) -> InertialParameters<T> {
-    let at = |k: usize| parameters[k].clone();
-    InertialParameters {
-        mass: at(0),
-        centre: std::array::from_fn(|k| at(1 + k)),
-        inertia: std::array::from_fn(|k| at(4 + k)),
+        let of_parts = of_parameters.get(PARTS.len() * tree.bodies.len()..).unwrap_or_default();
+        let parts = of_parts.as_chunks::<INERTIAL>().0.iter().take(tree.apart().count());
+        parts.map(InertialParameters::of_entries).collect()
     }
 }

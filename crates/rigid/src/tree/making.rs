@@ -1,6 +1,6 @@
 //! A robot's tree: what moves it, and what is part of what.
 
-use super::{Body, Joint, Part, Tree};
+use super::{Body, Joint, Part, Tree, together};
 use crate::Inertia;
 use crate::algebra::{Pose, Vector, from_z};
 use crate::joints::{JointKind, Role, Step, roles};
@@ -305,9 +305,7 @@ fn several_held(joint: &RobotJoint) -> RobotError {
 impl Making {
     fn done(self) -> Body {
         let Self { name, fixed, parent, joint, inertia: own, link_pose, .. } = self;
-        let inertia = own.parameters();
-        let mut body = Body { name, fixed, parent, joint, inertia, own, link_pose };
-        body.inertia = body.sum(|_| true).parameters();
-        body
+        let inertia = together(own, &fixed);
+        Body { name, fixed, parent, joint, inertia, own, link_pose }
     }
 }

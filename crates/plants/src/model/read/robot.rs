@@ -103,8 +103,8 @@ impl Reader<'_> {
         let robot = table.get_ref();
         let (mut tree, mut own) = self.tree(robot, self.own_file(table)?)?;
         // What a model file says of a link that is fixed to another, it says of that alone.
-        links(raw.parameters.keys().map(|name| name.get_ref().as_str()))
-            .for_each(|link| _ = tree.tell_apart(link));
+        let names = raw.parameters.keys().map(|name| name.get_ref().as_str());
+        links(names).for_each(|link| tree.tell_apart(link));
         let tree = Arc::new(tree);
         let gravity = robot.gravity.as_ref().map_or(own.stated_gravity, |g| *g.get_ref());
         own.gravity = gravity;
