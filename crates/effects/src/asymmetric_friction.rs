@@ -1,11 +1,11 @@
 //! Dry friction that differs between the two directions: `-positive tanh(v / smoothing_velocity) for v > 0, -negative tanh(v / smoothing_velocity) for v < 0`.
 
 use crate::dry_friction::{
-    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+    Dry, DryFriction, FAMILY, SMOOTHING_VELOCITY, shared, smoothing_prior, smoothing_velocities,
 };
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Stated, Variable,
+    Acts, At, Dimension, Effect, Kin, Law, Nature, Number, Parameter, Prior, Range, Scales, Stated,
+    Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -19,7 +19,7 @@ pub(crate) static EFFECT: Effect = Effect {
     ],
     depends_on: &[Variable::Velocity],
     acts: Acts::CoordinatesAndSpeeds,
-    law: Law::Force(&AsymmetricFriction),
+    law: Law::Force(&Dry(AsymmetricFriction)),
     priors,
     shapes,
     nature: Nature {
@@ -36,15 +36,13 @@ pub(crate) static EFFECT: Effect = Effect {
 #[derive(Debug)]
 struct AsymmetricFriction;
 
-impl ForceLaw for AsymmetricFriction {
-    fn amplitudes(&self) -> usize {
-        2
-    }
+impl DryFriction<2> for AsymmetricFriction {
+    const SMOOTHING: usize = 0;
 
     #[inline(always)]
-    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        let (sign, none) = (smooth_sign(at.v(), shape[0]), T::constant(0.0));
-        if sign.value() >= 0.0 { [-sign, none] } else { [none, -sign] }
+    fn magnitudes<T: Number>(&self, _shape: &[T], at: &At<T>) -> [T; 2] {
+        let (whole, none) = (T::constant(1.0), T::constant(0.0));
+        if at.v().value() >= 0.0 { [whole, none] } else { [none, whole] }
     }
 }
 

@@ -1,11 +1,11 @@
 //! Dry (Coulomb) friction: `-magnitude tanh(v / smoothing_velocity)`.
 
 use crate::dry_friction::{
-    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+    Dry, DryFriction, FAMILY, SMOOTHING_VELOCITY, shared, smoothing_prior, smoothing_velocities,
 };
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Quantity,
-    Range, Scales, Stated, Variable,
+    Acts, At, Dimension, Effect, Kin, Law, Nature, Number, Parameter, Prior, Quantity, Range,
+    Scales, Stated, Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -18,7 +18,7 @@ pub(crate) static EFFECT: Effect = Effect {
     ],
     depends_on: &[Variable::Velocity],
     acts: Acts::CoordinatesAndSpeeds,
-    law: Law::Force(&CoulombFriction),
+    law: Law::Force(&Dry(CoulombFriction)),
     priors,
     shapes,
     nature: Nature {
@@ -35,10 +35,12 @@ pub(crate) static EFFECT: Effect = Effect {
 #[derive(Debug)]
 struct CoulombFriction;
 
-impl ForceLaw for CoulombFriction {
+impl DryFriction<1> for CoulombFriction {
+    const SMOOTHING: usize = 0;
+
     #[inline(always)]
-    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        [-smooth_sign(at.v(), shape[0])]
+    fn magnitudes<T: Number>(&self, _shape: &[T], _at: &At<T>) -> [T; 1] {
+        [T::constant(1.0)]
     }
 }
 

@@ -4,10 +4,12 @@
 //! motions, as in the wrist of a robot whose last motor drives through the joint before. The other coordinate
 //! gets `-ratio` times the force, so that friction only ever takes power.
 
-use crate::dry_friction::{SMOOTHING_VELOCITY, smooth_sign, smoothing_prior, smoothing_velocities};
+use crate::dry_friction::{
+    Dry, DryFriction, SMOOTHING_VELOCITY, smoothing_prior, smoothing_velocities,
+};
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable, coulomb_friction,
+    Acts, At, Dimension, Effect, Law, Nature, Number, Parameter, Prior, Range, Scales, Variable,
+    coulomb_friction,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -21,7 +23,7 @@ pub(crate) static EFFECT: Effect = Effect {
     ],
     depends_on: &[Variable::Velocity, Variable::OtherVelocity],
     acts: Acts::Coordinates,
-    law: Law::Force(&CouplingFriction),
+    law: Law::Force(&Dry(CouplingFriction)),
     priors,
     shapes,
     nature: Nature { apart: Some(&coulomb_friction::EFFECT), ..Nature::PLAIN },
@@ -33,10 +35,17 @@ const RATIOS: [f64; 2] = [1.0, -1.0];
 #[derive(Debug)]
 struct CouplingFriction;
 
-impl ForceLaw for CouplingFriction {
+impl DryFriction<1> for CouplingFriction {
+    const SMOOTHING: usize = 0;
+
     #[inline(always)]
-    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        [smooth_sign(shape[1] * at.other_v(0) - at.v(), shape[0])]
+    fn magnitudes<T: Number>(&self, _shape: &[T], _at: &At<T>) -> [T; 1] {
+        [T::constant(1.0)]
+    }
+
+    #[inline(always)]
+    fn sliding<T: Number>(&self, shape: &[T], at: &At<T>) -> T {
+        at.v() - shape[1] * at.other_v(0)
     }
 
     fn reacts(&self) -> bool {

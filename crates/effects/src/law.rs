@@ -38,6 +38,17 @@ pub trait ForceLaw: Sync + Debug {
         [] as [T; 0]
     }
 
+    /// Whether it is steep about rest, and smooth elsewhere: dry friction.
+    fn is_dry(&self) -> bool {
+        false
+    }
+
+    /// How steeply the force falls with the channel's velocity, `-dr/dv`, where steps of Runge-Kutta would have to be short
+    /// for that alone: dry friction about rest. What varies slowly beside it may be left out; 0 of what is smooth.
+    fn steepness<T: Number>(&self, _amplitudes: &[T], _shape: &[T], _at: &At<T>) -> f64 {
+        0.0
+    }
+
     /// The sum of amplitudes times basis.
     #[inline(always)]
     fn force<T: Number>(&self, amplitudes: &[T], shape: &[T], at: &At<T>) -> T {
@@ -90,6 +101,12 @@ pub trait ForceLawIn<T: Number>: Sync + Debug {
     /// The sum of amplitudes times basis, inertia apart.
     fn force(&self, amplitudes: &[T], shape: &[T], at: &At<T>) -> T;
 
+    /// See [`ForceLaw::is_dry`].
+    fn is_dry(&self) -> bool;
+
+    /// See [`ForceLaw::steepness`].
+    fn steepness(&self, amplitudes: &[T], shape: &[T], at: &At<T>) -> f64;
+
     /// The sum of amplitudes times inertia: what adds to the mass matrix.
     fn inertia(&self, amplitudes: &[T], shape: &[T], at: &At<T>) -> T;
 
@@ -132,6 +149,14 @@ impl<L: ForceLaw, T: Number> ForceLawIn<T> for L {
             return pulp::Arch::new().dispatch(ForceAt { law: self, amplitudes, shape, at });
         }
         ForceLaw::force(self, amplitudes, shape, at)
+    }
+
+    fn is_dry(&self) -> bool {
+        ForceLaw::is_dry(self)
+    }
+
+    fn steepness(&self, amplitudes: &[T], shape: &[T], at: &At<T>) -> f64 {
+        ForceLaw::steepness(self, amplitudes, shape, at)
     }
 
     fn inertia(&self, amplitudes: &[T], shape: &[T], at: &At<T>) -> T {

@@ -6,11 +6,11 @@
 //! any load.
 
 use crate::dry_friction::{
-    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+    Dry, DryFriction, FAMILY, SMOOTHING_VELOCITY, shared, smoothing_prior, smoothing_velocities,
 };
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Stated, Variable, coulomb_friction,
+    Acts, At, Dimension, Effect, Kin, Law, Nature, Number, Parameter, Prior, Range, Scales, Stated,
+    Variable, coulomb_friction,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -24,7 +24,7 @@ pub(crate) static EFFECT: Effect = Effect {
     ],
     depends_on: &[Variable::Velocity, Variable::OtherInput],
     acts: Acts::Coordinates,
-    law: Law::Force(&LoadFriction),
+    law: Law::Force(&Dry(LoadFriction)),
     priors,
     shapes,
     nature: Nature {
@@ -42,15 +42,12 @@ pub(crate) static EFFECT: Effect = Effect {
 #[derive(Debug)]
 struct LoadFriction;
 
-impl ForceLaw for LoadFriction {
-    fn amplitudes(&self) -> usize {
-        2
-    }
+impl DryFriction<2> for LoadFriction {
+    const SMOOTHING: usize = 0;
 
     #[inline(always)]
-    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        let sign = smooth_sign(at.v(), shape[0]);
-        [-sign, -at.input().abs() * sign]
+    fn magnitudes<T: Number>(&self, _shape: &[T], at: &At<T>) -> [T; 2] {
+        [T::constant(1.0), at.input().abs()]
     }
 }
 

@@ -5,11 +5,11 @@
 //! `magnitude + slope q` is not negative.
 
 use crate::dry_friction::{
-    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+    Dry, DryFriction, FAMILY, SMOOTHING_VELOCITY, shared, smoothing_prior, smoothing_velocities,
 };
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Stated, Variable,
+    Acts, At, Dimension, Effect, Kin, Law, Nature, Number, Parameter, Prior, Range, Scales, Stated,
+    Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -23,7 +23,7 @@ pub(crate) static EFFECT: Effect = Effect {
     ],
     depends_on: &[Variable::Coordinate, Variable::Velocity],
     acts: Acts::Coordinates,
-    law: Law::Force(&PositionFriction),
+    law: Law::Force(&Dry(PositionFriction)),
     priors,
     shapes,
     nature: Nature {
@@ -42,15 +42,12 @@ pub(crate) static EFFECT: Effect = Effect {
 #[derive(Debug)]
 struct PositionFriction;
 
-impl ForceLaw for PositionFriction {
-    fn amplitudes(&self) -> usize {
-        2
-    }
+impl DryFriction<2> for PositionFriction {
+    const SMOOTHING: usize = 0;
 
     #[inline(always)]
-    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        let sign = smooth_sign(at.v(), shape[0]);
-        [-sign, -at.q() * sign]
+    fn magnitudes<T: Number>(&self, _shape: &[T], at: &At<T>) -> [T; 2] {
+        [T::constant(1.0), at.q()]
     }
 }
 

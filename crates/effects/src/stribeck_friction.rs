@@ -1,11 +1,11 @@
 //! Friction with a Stribeck peak at low speed: `-(coulomb + (static - coulomb) exp(-(v / stribeck_velocity)^2)) tanh(v / smoothing_velocity)`.
 
 use crate::dry_friction::{
-    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+    Dry, DryFriction, FAMILY, SMOOTHING_VELOCITY, shared, smoothing_prior, smoothing_velocities,
 };
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Stated, Variable,
+    Acts, At, Dimension, Effect, Kin, Law, Nature, Number, Parameter, Prior, Range, Scales, Stated,
+    Variable,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -20,7 +20,7 @@ pub(crate) static EFFECT: Effect = Effect {
     ],
     depends_on: &[Variable::Velocity],
     acts: Acts::Coordinates,
-    law: Law::Force(&StribeckFriction),
+    law: Law::Force(&Dry(StribeckFriction)),
     priors,
     shapes,
     nature: Nature {
@@ -33,16 +33,12 @@ pub(crate) static EFFECT: Effect = Effect {
 #[derive(Debug)]
 struct StribeckFriction;
 
-impl ForceLaw for StribeckFriction {
-    fn amplitudes(&self) -> usize {
-        2
-    }
+impl DryFriction<2> for StribeckFriction {
+    const SMOOTHING: usize = 1;
 
     #[inline(always)]
-    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        let sign = smooth_sign(at.v(), shape[1]);
-        let low_speed = (-(at.v() / shape[0]).powi(2)).exp();
-        [-sign, -low_speed * sign]
+    fn magnitudes<T: Number>(&self, shape: &[T], at: &At<T>) -> [T; 2] {
+        [T::constant(1.0), (-(at.v() / shape[0]).powi(2)).exp()]
     }
 
     /// The friction at speed, and what it is more at rest: a peak is no hollow.

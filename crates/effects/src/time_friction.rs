@@ -5,11 +5,11 @@
 //! any time.
 
 use crate::dry_friction::{
-    FAMILY, SMOOTHING_VELOCITY, shared, smooth_sign, smoothing_prior, smoothing_velocities,
+    Dry, DryFriction, FAMILY, SMOOTHING_VELOCITY, shared, smoothing_prior, smoothing_velocities,
 };
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior, Range,
-    Scales, Stated, Variable, coulomb_friction,
+    Acts, At, Dimension, Effect, Kin, Law, Nature, Number, Parameter, Prior, Range, Scales, Stated,
+    Variable, coulomb_friction,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -25,7 +25,7 @@ pub(crate) static EFFECT: Effect = Effect {
     ],
     depends_on: &[Variable::Velocity, Variable::Time],
     acts: Acts::Coordinates,
-    law: Law::Force(&TimeFriction),
+    law: Law::Force(&Dry(TimeFriction)),
     priors,
     shapes,
     nature: Nature {
@@ -43,18 +43,15 @@ pub(crate) static EFFECT: Effect = Effect {
 #[derive(Debug)]
 struct TimeFriction;
 
-impl ForceLaw for TimeFriction {
-    fn amplitudes(&self) -> usize {
-        2
-    }
+impl DryFriction<2> for TimeFriction {
+    const SMOOTHING: usize = 1;
 
     #[inline(always)]
-    fn basis<T: Number>(&self, shape: &[T], at: &At<T>) -> impl AsRef<[T]> {
-        let [time_constant, smoothing, begin] = [shape[0], shape[1], shape[2]];
-        let sign = smooth_sign(at.v(), smoothing);
+    fn magnitudes<T: Number>(&self, shape: &[T], at: &At<T>) -> [T; 2] {
+        let [time_constant, begin] = [shape[0], shape[2]];
         let since = (-begin + at.t).max(T::constant(0.0));
         let left = (-since / time_constant).exp();
-        [-left * sign, (left - 1.0) * sign]
+        [left, T::constant(1.0) - left]
     }
 }
 

@@ -48,7 +48,7 @@ impl Substeps {
         let whole = (times.1 - times.0) / self.count as f64;
         let mut made = 0;
         for s in 0..self.count {
-            let mut cuts = Cuts::of(self);
+            let mut cuts = Cuts::of(self, stepped.turns());
             while cuts.is_left() {
                 let (t, h) = cuts.span(times.0 + s as f64 * whole, whole);
                 if cuts.is_long() && stepped.is_planned(cuts.part(s)) {
@@ -61,7 +61,7 @@ impl Substeps {
                     stepped.stage(k, (t + step, cuts.place(s, half, self)), step);
                 }
                 made += 1;
-                if cuts.is_long() && stepped.jumps() {
+                if cuts.may_go_on() && stepped.jumps() {
                     stepped.plan(cuts.part(s));
                     cuts.cut();
                     continue;
@@ -82,6 +82,9 @@ pub(crate) trait Stepped {
     /// Whether the four slopes jump within the step.
     fn jumps(&self) -> bool;
 
+    /// Whether it turns within much less than a step: dry friction.
+    fn turns(&self) -> bool;
+
     /// Take the step of `h`, from its four slopes.
     fn complete(&mut self, h: f64);
 
@@ -95,10 +98,11 @@ pub(crate) trait Stepped {
 }
 
 /// A part of a step that can be cut: of which step, and which of it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Part {
     step: usize,
-    bit: usize,
+    /// Its number in the tree of all parts of a step.
+    number: usize,
 }
 
 /// Where several that step side by side, each by itself, cut the way from one sample to the next: what one of them
@@ -106,30 +110,31 @@ pub(crate) struct Part {
 /// is as small as it ought to be.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plan {
-    /// The parts that are cut, a bit each, step by step.
-    cut: Vec<u32>,
+    /// The parts that are cut, in order.
+    cut: Vec<Part>,
     /// Whether a part was added since this was asked.
     grew: bool,
 }
 
 impl Plan {
-    /// Begin anew, for so many steps.
-    pub fn begin(&mut self, substeps: Substeps) {
+    /// Begin anew.
+    pub fn begin(&mut self) {
         self.cut.clear();
-        self.cut.resize(substeps.count, 0);
     }
 
     /// Whether a part is cut.
     #[inline(always)]
     pub fn holds(&self, part: Part) -> bool {
-        self.cut[part.step] >> part.bit & 1 == 1
+        self.cut.binary_search(&part).is_ok()
     }
 
     /// Cut a part.
     #[inline(always)]
     pub fn add(&mut self, part: Part) {
-        self.cut[part.step] |= 1 << part.bit;
-        self.grew = true;
+        if let Err(place) = self.cut.binary_search(&part) {
+            self.cut.insert(place, part);
+            self.grew = true;
+        }
     }
 
     /// Whether a part was added since this was asked last.
@@ -180,12 +185,14 @@ pub(crate) const JUMP_OF_DERIVATIVES: f64 = 1.0;
 /// Slopes that are this much smaller than the largest are the rounding of others.
 const ROUNDING: f64 = 1e-9;
 
-/// Whether slopes jump by more than a share of them within a step: `slope(i, k)` is the `k`-th of entry `i`.
+/// Whether slopes jump by more than a share of them within a step: `slope(i, k)` is the `k`-th of entry `i`, of which the
+/// last digits of `beside(i)` are the rounding.
 #[inline(always)]
 pub(crate) fn jumps(
     share: f64,
     mut entries: std::ops::Range<usize>,
     slope: impl Fn(usize, usize) -> f64 + Copy,
+    beside: impl Fn(usize) -> f64,
 ) -> bool {
     let of = |i: usize| [0, 1, 2, 3].map(|k| slope(i, k));
     let size = |k: [f64; 4]| k.into_iter().fold(0.0f64, |most, k| most.max(k.abs()));
@@ -193,7 +200,7 @@ pub(crate) fn jumps(
     let jumps = |i: usize| {
         let (k, size) = (of(i), size(of(i)));
         let jump = (k[0] - k[1] - k[2] + k[3]).abs() + (k[2] - k[1]).abs();
-        jump > share * size && size > ROUNDING * most
+        jump > share * size && size > ROUNDING * most.max(beside(i))
     };
     most.is_finite() && entries.any(jumps)
 }
@@ -206,18 +213,30 @@ struct Cuts {
     /// How many parts it is long.
     length: usize,
     shortest: usize,
+    /// How often it was cut further than is usual.
+    deep: usize,
 }
 
 impl Cuts {
     /// Into how many a part is cut.
     const PIECES: usize = 4;
-    /// The shortest parts of a step.
-    const PARTS: usize = 64;
+    /// The shortest parts of a step: a velocity that changes by a tenth of what is usual from sample to sample changes
+    /// by less within one than the steepest dry friction takes to turn.
+    const PARTS: usize = Self::PIECES.pow(7);
+    /// Shorter parts than these are where a velocity turns in dry friction, of which [`Self::DEEPEST`] are cut in a step:
+    /// what is stiff in any other way would be so everywhere.
+    const USUAL: usize = Self::PIECES.pow(4);
+    /// As many as two turns need, in as many levels.
+    const DEEPEST: usize = 2 * 4;
 
     #[inline(always)]
-    fn of(substeps: Substeps) -> Self {
-        let shortest = if substeps.cut { 1 } else { Self::PARTS };
-        Self { at: 0, length: Self::PARTS, shortest }
+    fn of(substeps: Substeps, turns: bool) -> Self {
+        let shortest = match (substeps.cut, turns) {
+            (false, _) => Self::PARTS,
+            (true, false) => Self::USUAL,
+            (true, true) => 1,
+        };
+        Self { at: 0, length: Self::PARTS, shortest, deep: 0 }
     }
 
     /// Whether some of the step is left.
@@ -232,9 +251,16 @@ impl Cuts {
         self.length > self.shortest
     }
 
+    /// Whether this part may be cut where its slopes jump.
+    #[inline(always)]
+    fn may_go_on(&self) -> bool {
+        self.is_long() && (self.length > Self::USUAL || self.deep < Self::DEEPEST)
+    }
+
     /// Go on with the first piece of this part.
     #[inline(always)]
     fn cut(&mut self) {
+        self.deep += usize::from(self.length <= Self::USUAL);
         self.length /= Self::PIECES;
     }
 
@@ -255,7 +281,7 @@ impl Cuts {
             before = before * Self::PIECES + 1;
             length /= Self::PIECES;
         }
-        Part { step: s, bit: before + self.at / self.length }
+        Part { step: s, number: before + self.at / self.length }
     }
 
     /// When this part begins and how long it is, of a step that begins at `t` and is `h` long.
@@ -281,20 +307,33 @@ mod tests {
     /// Every piece is gone through once, and what is behind a cut part is whole again.
     #[test]
     fn pieces_follow_one_another() {
-        let mut cuts = Cuts::of(Substeps::cut(1));
+        let mut cuts = Cuts::of(Substeps::cut(1), true);
         cuts.cut();
+        let quarter = Cuts::PARTS / 4;
         let mut through = vec![];
         while cuts.is_left() {
-            if cuts.is_long() && cuts.at == 16 {
+            if cuts.length > quarter / 16 && cuts.at == quarter {
                 cuts.cut();
                 continue;
             }
             through.push((cuts.at, cuts.length));
             cuts.next();
         }
-        let pieces = [(0, 16), (16, 1), (17, 1), (18, 1), (19, 1), (20, 4), (24, 4), (28, 4)];
-        assert_eq!(through, [&pieces[..], &[(32, 16), (48, 16)]].concat());
-        assert!(!Cuts::of(Substeps::even(3)).is_long());
+        let piece = |at: usize, length: usize| (quarter / 16 * at, quarter / 16 * length);
+        let pieces = [
+            (0, 16),
+            (16, 1),
+            (17, 1),
+            (18, 1),
+            (19, 1),
+            (20, 4),
+            (24, 4),
+            (28, 4),
+            (32, 16),
+            (48, 16),
+        ];
+        assert_eq!(through, pieces.map(|(at, length)| piece(at, length)));
+        assert!(!Cuts::of(Substeps::even(3), true).is_long());
     }
 
     /// Every part that can be cut is told from every other.
@@ -302,11 +341,12 @@ mod tests {
     fn a_plan_knows_each_part() {
         let substeps = Substeps::cut(2);
         let mut plan = Plan::default();
-        plan.begin(substeps);
+        plan.begin();
         let mut count = 0;
-        for (step, length) in [(0, 64), (0, 16), (0, 4), (1, 64), (1, 16), (1, 4)] {
+        let lengths = [1, 4, 16].map(|cut| Cuts::PARTS / cut);
+        for (step, length) in [0, 1].into_iter().flat_map(|s| lengths.map(|length| (s, length))) {
             for at in (0..Cuts::PARTS).step_by(length) {
-                let part = Cuts { at, length, ..Cuts::of(substeps) }.part(step);
+                let part = Cuts { at, length, ..Cuts::of(substeps, true) }.part(step);
                 assert!(!plan.holds(part) && !plan.grew());
                 plan.add(part);
                 assert!(plan.holds(part) && plan.grew());
@@ -314,23 +354,24 @@ mod tests {
             }
         }
         assert_eq!(count, 2 * 21);
-        plan.begin(substeps);
-        assert!(!plan.holds(Cuts::of(substeps).part(1)));
+        plan.begin();
+        assert!(!plan.holds(Cuts::of(substeps, true).part(1)));
     }
 
     #[test]
     fn kinks_jump_and_smooth_slopes_do_not() {
         let along = |slope: fn(f64) -> f64| {
             let at = [0.0, 0.5, 0.5, 1.0].map(slope);
-            jumps(JUMP, 0..1, |_, k| at[k])
+            jumps(JUMP, 0..1, |_, k| at[k], |_| 0.0)
         };
         assert!(!along(|t| (0.4 * t).sin()) && !along(|_| 0.0) && !along(|t| 1.0 - 0.3 * t));
         assert!(along(|t| if t < 0.7 { 1.0 } else { -1.0 }));
         assert!(along(|t| if t > 0.0 { 1.0 } else { 0.5 }));
         // What rounding leaves of entries that do not move, and what is no number.
         let rows = [[1.0; 4], [1e-17, -1e-17, 1e-17, 0.0]];
-        assert!(!jumps(JUMP, 0..2, |i, k| rows[i][k]));
-        assert!(jumps(JUMP, 1..2, |i, k| rows[i][k]));
-        assert!(!jumps(JUMP, 0..1, |_, _| f64::NAN));
+        assert!(!jumps(JUMP, 0..2, |i, k| rows[i][k], |_| 0.0));
+        assert!(jumps(JUMP, 1..2, |i, k| rows[i][k], |_| 0.0));
+        assert!(!jumps(JUMP, 1..2, |i, k| rows[i][k], |_| 1.0));
+        assert!(!jumps(JUMP, 0..1, |_, _| f64::NAN, |_| 0.0));
     }
 }

@@ -55,10 +55,36 @@ impl<T: Number> Force<T> {
         self.inertial
     }
 
+    /// Whether it is dry friction.
+    pub(super) fn is_dry(&self) -> bool {
+        self.law.is_dry()
+    }
+
     /// Write the memory at rest into a state that begins with `machine`.
     pub(super) fn rest(&self, machine: &[f64], state: &mut [f64]) {
         let at = At::new(0.0, machine, &self.places);
         self.any.memory_at_rest(&at, &mut state[self.memory.clone()]);
+    }
+
+    /// Add how steeply the force falls with the velocity to what its channels have of that; whether it falls.
+    #[inline(always)]
+    pub(super) fn damp(
+        &self,
+        (t, state, inputs): (f64, &[T], &[T]),
+        steepness: &mut [f64],
+    ) -> bool {
+        let memory = &state[self.memory.clone()];
+        let at = At { sample: self.sample, inputs, memory, ..At::new(t, state, &self.places) };
+        let falls = self.law.steepness(&self.amplitudes, &self.shape, &at);
+        // What drives has no rest.
+        if falls.is_nan() || falls <= 0.0 {
+            return false;
+        }
+        steepness[self.channel] += falls;
+        if let Some(other) = self.reaction {
+            steepness[other] += falls * self.law.passed_on(&self.shape).value().powi(2);
+        }
+        true
     }
 
     /// Add the force to the generalised forces and its inertia to the mass matrix (row-major, of

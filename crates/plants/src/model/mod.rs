@@ -13,6 +13,7 @@ mod read;
 mod robot;
 mod series;
 mod servos;
+mod steep;
 mod structure;
 mod system;
 mod together;

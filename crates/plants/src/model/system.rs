@@ -2,6 +2,7 @@
 
 use super::force::Force;
 use super::mass::{impose, solve_mass};
+use super::steep::Steep;
 use super::together::{Shared, Strand, advance_together};
 use super::{Model, ModelEffect};
 use crate::Plant;
@@ -51,6 +52,8 @@ pub struct System<T: Number = f64> {
     bound: Bound<T>,
     sizes: Sizes,
     forces: Vec<Force<T>>,
+    /// Whether any force is dry friction.
+    dry: bool,
     /// Constant forces, one a channel.
     push: Vec<T>,
     /// Changes of inputs, which carry derivatives alone.
@@ -146,7 +149,8 @@ impl<T: Number> System<T> {
             memory += law.memory();
         }
         let (sizes, imposed) = (model.dynamics.sizes(), model.imposed().collect());
-        Self { bound, sizes, forces, push, change: vec![], memory, imposed }
+        let dry = forces.iter().any(Force::is_dry);
+        Self { bound, sizes, forces, dry, push, change: vec![], memory, imposed }
     }
 
     /// The dynamics, their parameters set.
@@ -237,6 +241,10 @@ impl<T: Number> System<T> {
                 }
                 None => Shared::default(),
             },
+            steep: {
+                let Sizes { coordinates, states, .. } = self.sizes;
+                Steep::new(coordinates, states)
+            },
             plan: Plan::default(),
             begin: vec![],
             steps: 0,
@@ -272,11 +280,13 @@ impl<T: Number> System<T> {
     /// whose slopes do: what rests in stiff friction has slopes of 0 whatever the step, and its derivatives must not
     /// run away there.
     #[inline(always)]
-    pub(super) fn jumps(&self, w: &Workspace<T>) -> bool {
+    pub(super) fn jumps(&self, w: &Workspace<T>, state: &[T]) -> bool {
         let entries = self.sizes.coordinates..self.width();
         (0..T::PARTS).any(|part| {
             let share = if part == 0 { JUMP } else { JUMP_OF_DERIVATIVES };
-            jumps(share, entries.clone(), |i, k| w.slope[k][i].part(part))
+            // What holds a velocity and what pushes it cancel where it rests.
+            let held = |i: usize| w.steep.rate(i) * state[i].part(part).abs();
+            jumps(share, entries.clone(), |i, k| w.slope[k][i].part(part), held)
         })
     }
 
@@ -292,10 +302,35 @@ impl<T: Number> System<T> {
         (state, step): (&[T], f64),
     ) {
         self.begin_stage(w, k, (t, place), inputs, (state, step));
-        let Workspace { room, variables, outputs, slope, stage, input, .. } = w;
+        let Workspace { room, variables, outputs, slope, stage, input, steep, .. } = w;
         // No closure stands between: it would be compiled apart, for the narrowest vectors.
         bound.evaluate(room, variables, outputs);
-        self.rates((t, stage, input), outputs, &mut slope[k]);
+        let at = (t, &stage[..], &input[..]);
+        self.push(at, outputs, &mut slope[k]);
+        if k == 0 && self.damp(at, steep) {
+            steep.over_mass(&outputs[..self.sizes.coordinates.pow(2)], &self.imposed);
+        }
+        self.solve(at, outputs, &mut slope[k]);
+        steep.relative(k, step, state, stage, &mut slope[k]);
+    }
+
+    /// Find how steeply forces fall with the velocities; whether any does.
+    #[inline(always)]
+    pub(super) fn damp(&self, at: (f64, &[T], &[T]), steep: &mut Steep) -> bool {
+        self.dry
+            && steep.find(|steepness| {
+                let mut falls = false;
+                for force in &self.forces {
+                    falls |= force.damp(at, steepness);
+                }
+                falls
+            })
+    }
+
+    /// Whether velocities are steep about rest.
+    #[inline(always)]
+    pub(super) fn is_dry(&self) -> bool {
+        self.dry
     }
 
     /// What a stage is evaluated at: the state moved along the slope before it, and the inputs.
@@ -318,6 +353,7 @@ impl<T: Number> System<T> {
                 T::by_itself();
                 *moved = *x + *slope * step;
             }
+            w.steep.moved(k, step, state, &w.slope, &mut w.stage);
         } else {
             copy(state, &mut w.stage);
         }
@@ -425,7 +461,13 @@ impl<T: Number, B: BoundDynamics<T> + ?Sized> Stepped for Alone<'_, '_, T, B> {
 
     #[inline(always)]
     fn jumps(&self) -> bool {
-        self.strand.system.jumps(self.strand.workspace)
+        let Strand { system, workspace, state, .. } = &*self.strand;
+        system.jumps(workspace, state)
+    }
+
+    #[inline(always)]
+    fn turns(&self) -> bool {
+        self.strand.system.is_dry()
     }
 
     #[inline(always)]
@@ -458,6 +500,7 @@ pub struct Workspace<T> {
     pub(super) stage: Vec<T>,
     pub(super) input: Vec<T>,
     pub(super) shared: Shared,
+    pub(super) steep: Steep,
     /// Where those beside it cut their steps.
     pub(super) plan: Plan,
     /// The state with which the way to the next sample began.
@@ -474,12 +517,15 @@ impl<T: Number> Workspace<T> {
 
     /// Complete a step of Runge-Kutta from its four slopes.
     #[inline(always)]
-    pub(super) fn complete(&self, h: f64, state: &mut [T]) {
-        let [k1, k2, k3, k4] = &self.slope;
+    pub(super) fn complete(&mut self, h: f64, state: &mut [T]) {
+        let Self { slope, stage, steep, .. } = self;
+        steep.ended(h, state, slope, stage);
+        let [k1, k2, k3, k4] = slope;
         for (i, x) in state.iter_mut().enumerate() {
             let sum = k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
             *x = *x + sum * (h / 6.0);
         }
+        steep.set(h, stage, state);
     }
 }
 

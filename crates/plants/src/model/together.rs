@@ -38,7 +38,7 @@ pub fn advance_together<T: Number>(
 /// Advance systems each by itself, again and again until all cut the same steps.
 fn in_turn<T: Number>(strands: &mut [Strand<'_, T>], times: (f64, f64), substeps: Substeps) {
     let mut plan = std::mem::take(&mut strands[0].workspace.plan);
-    plan.begin(substeps);
+    plan.begin();
     for Strand { workspace, state, .. } in &mut *strands {
         workspace.begin.clear();
         workspace.begin.extend_from_slice(state);
@@ -143,17 +143,43 @@ impl<T: Number> Stepped for SideBySide<'_, '_, T> {
             system.begin_stage(workspace, k, at, *inputs, (state, step));
         }
         stage(self.strands, self.shared, k, at.0);
+        if k == 0 {
+            self.find_steep(at.0);
+        }
+        for Strand { workspace: w, state, .. } in &mut *self.strands {
+            w.steep.relative(k, step, state, &w.stage, &mut w.slope[k]);
+        }
     }
 
     #[inline(always)]
     fn jumps(&self) -> bool {
-        self.strands.iter().any(|strand| strand.system.jumps(strand.workspace))
+        self.strands.iter().any(|s| s.system.jumps(s.workspace, s.state))
+    }
+
+    #[inline(always)]
+    fn turns(&self) -> bool {
+        self.strands.iter().any(|s| s.system.is_dry())
     }
 
     #[inline(always)]
     fn complete(&mut self, h: f64) {
         for Strand { workspace, state, .. } in &mut *self.strands {
             workspace.complete(h, state);
+        }
+    }
+}
+
+impl<T: Number> SideBySide<'_, '_, T> {
+    /// The rates of the step that begins, the same for all.
+    #[inline(always)]
+    fn find_steep(&mut self, t: f64) {
+        let Some((first, others)) = self.strands.split_first_mut() else { return };
+        let Strand { system, workspace: w, .. } = first;
+        if system.damp((t, &w.stage, &w.input), &mut w.steep) {
+            w.steep.over_factors(self.shared.factors());
+        }
+        for other in others {
+            other.workspace.steep.copy(&w.steep);
         }
     }
 }
