@@ -226,7 +226,7 @@ impl Cuts {
     /// Shorter parts than these are where a velocity turns in dry friction, of which [`Self::DEEPEST`] are cut in a step:
     /// what is stiff in any other way would be so everywhere.
     const USUAL: usize = Self::PIECES.pow(4);
-    /// As many as two turns need, in as many levels.
+    /// Two turns, each in one part of every level.
     const DEEPEST: usize = 2 * 4;
 
     #[inline(always)]
@@ -343,8 +343,9 @@ mod tests {
         let mut plan = Plan::default();
         plan.begin();
         let mut count = 0;
-        let lengths = [1, 4, 16].map(|cut| Cuts::PARTS / cut);
-        for (step, length) in [0, 1].into_iter().flat_map(|s| lengths.map(|length| (s, length))) {
+        let lengths = (0..7).map(|level| Cuts::PARTS / Cuts::PIECES.pow(level));
+        for (step, length) in [0, 1].into_iter().flat_map(|s| lengths.clone().map(move |l| (s, l)))
+        {
             for at in (0..Cuts::PARTS).step_by(length) {
                 let part = Cuts { at, length, ..Cuts::of(substeps, true) }.part(step);
                 assert!(!plan.holds(part) && !plan.grew());
@@ -353,7 +354,7 @@ mod tests {
                 count += 1;
             }
         }
-        assert_eq!(count, 2 * 21);
+        assert_eq!(count, 2 * 5461);
         plan.begin();
         assert!(!plan.holds(Cuts::of(substeps, true).part(1)));
     }

@@ -1,9 +1,12 @@
 //! Friction that lets next to nothing creep: where a machine sticks few steps are enough, and where it turns they are
 //! cut until they see it. What comes out is what friction that lets nothing creep makes of it.
 
-use lacuna_numbers::{Dual, Number};
+mod support;
+
+use lacuna_numbers::Dual;
 use lacuna_plants::model::Direction;
-use lacuna_plants::{Hold, Model, Substeps, System};
+use lacuna_plants::{Hold, Model, Substeps};
+use support::{read, states};
 
 const STEP: f64 = 0.004;
 const SAMPLES: usize = 1000;
@@ -34,34 +37,26 @@ magnitude = {{ value = 1.5, unit = "N" }}
 smoothing_velocity = {{ value = {smoothing_velocity}, unit = "m/s" }}
 "#
     );
-    Model::from_text(&text, "stage.toml").unwrap_or_else(|e| panic!("{e}"))
+    read(&text)
 }
 
 fn force(t: f64) -> f64 {
     2.0 * ((7.1 * t).sin() + 0.6 * (3.3 * t + 1.0).cos())
 }
 
-/// Positions at all samples with their derivatives by the friction, and how many steps they took.
+/// Positions at the samples behind the first with their derivatives by the friction, and how many steps they took.
 fn run(model: &Model, substeps: Substeps) -> (Vec<Dual>, usize) {
-    let along = [(Direction::Effect(0, 0), 0)];
-    let system = System::<Dual>::along(model, &model.values(), &model.effects, &along, STEP);
-    let times: Vec<f64> = (0..SAMPLES).map(|k| STEP * k as f64).collect();
-    let inputs: Vec<f64> = times.iter().map(|&t| force(t)).collect();
-    let path = Hold::ZeroOrder.along((&times, &inputs), 0..SAMPLES, 1, substeps.count);
-    let (mut x, mut room) = ([0.0; 2].map(Dual::constant), system.workspace());
-    let mut positions = vec![x[0]];
-    for (k, pair) in times.windows(2).enumerate() {
-        system.advance(&mut room, (pair[0], pair[1]), path.step_in(k), substeps, &mut x);
-        positions.push(x[0]);
-    }
-    (positions, room.steps())
+    let inputs: Vec<f64> = (0..SAMPLES).map(|k| force(STEP * k as f64)).collect();
+    let driven = (STEP, &inputs[..], Hold::ZeroOrder);
+    let (states, steps) = states(model, Direction::Effect(0, 0), driven, &[0.0; 2], substeps);
+    (states.into_iter().step_by(2).collect(), steps)
 }
 
 /// The same where nothing creeps, in closed form from one change of sign to the next; and how often it stood still at a
 /// sample.
 fn standing(friction: f64) -> (Vec<f64>, usize) {
     let (mut x, mut v, mut stood) = (0.0, 0.0f64, 0);
-    let mut positions = vec![x];
+    let mut positions = vec![];
     for k in 0..SAMPLES - 1 {
         let (u, mut left) = (force(STEP * k as f64), STEP);
         while left > 0.0 {

@@ -1,8 +1,11 @@
 //! Steps that are cut where slopes jump are as exact as many steps everywhere, and hardly more than few.
 
+mod support;
+
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{Direction, Strand, advance_together};
 use lacuna_plants::{Hold, Model, Substeps, System};
+use support::{read, states};
 
 /// A light slider in dry friction, and a pendulum beside it that feels nothing of it.
 const MODEL: &str = r#"
@@ -31,23 +34,15 @@ const STEP: f64 = 0.01;
 const SAMPLES: usize = 400;
 
 fn model() -> Model {
-    Model::from_text(MODEL, "slider.toml").unwrap_or_else(|e| panic!("{e}"))
+    read(MODEL)
 }
 
 /// The states at all samples, with derivatives by the friction, and how many steps they took.
 fn run(model: &Model, hold: Hold, substeps: Substeps) -> (Vec<Dual>, usize) {
-    let along = [(Direction::Parameter(0), 0)];
-    let system = System::<Dual>::along(model, &model.values(), &model.effects, &along, STEP);
-    let times: Vec<f64> = (0..SAMPLES).map(|k| STEP * k as f64).collect();
-    let inputs: Vec<f64> = times.iter().map(|t| (2.1 * t).sin() + 0.3 * (5.3 * t).cos()).collect();
-    let path = hold.along((&times, &inputs), 0..SAMPLES, 1, substeps.count);
-    let (mut x, mut room) = ([0.0, 0.5, 0.0, 0.0].map(Dual::constant), system.workspace());
-    let mut states = vec![];
-    for (k, pair) in times.windows(2).enumerate() {
-        system.advance(&mut room, (pair[0], pair[1]), path.step_in(k), substeps, &mut x);
-        states.extend_from_slice(&x);
-    }
-    (states, room.steps())
+    let time = (0..SAMPLES).map(|k| STEP * k as f64);
+    let inputs: Vec<f64> = time.map(|t| (2.1 * t).sin() + 0.3 * (5.3 * t).cos()).collect();
+    let driven = (STEP, &inputs[..], hold);
+    states(model, Direction::Parameter(0), driven, &[0.0, 0.5, 0.0, 0.0], substeps)
 }
 
 fn apart(a: &[Dual], b: &[Dual], of: impl Fn(&Dual) -> f64) -> f64 {
@@ -75,7 +70,7 @@ fn kinks_are_cut_and_nothing_else() {
 fn smooth_motion_is_not_cut() {
     let smooth =
         MODEL.replace("tanh(ds/0.001)", "0.1*ds").replace("mass = [[\"0.02\"", "mass = [[\"2\"");
-    let model = Model::from_text(&smooth, "slider.toml").unwrap_or_else(|e| panic!("{e}"));
+    let model = read(&smooth);
     let (plain, even) = run(&model, Hold::Linear, Substeps::even(1));
     let (cut, steps) = run(&model, Hold::Linear, Substeps::cut(1));
     assert_eq!((even, steps), (SAMPLES - 1, SAMPLES - 1));
@@ -92,7 +87,7 @@ fn systems_side_by_side_cut_the_same_steps() {
         .replace("friction = {", "m = { value = 0.02, unit = \"kg\" }\nk = { value = 3.0, unit = \"N/m\" }\nfriction = {")
         .replace("\"0.02\"", "\"m\"")
         .replace("u - friction*tanh(ds/0.001) - 3*s", "-friction*tanh(ds/0.001) - k*(s - sin(3*t))");
-    let model = Model::from_text(&scaled, "slider.toml").unwrap_or_else(|e| panic!("{e}"));
+    let model = read(&scaled);
     let along = |directions: &[(Direction, usize)]| {
         System::<Dual>::along(&model, &model.values(), &model.effects, directions, STEP)
     };

@@ -66,16 +66,17 @@ impl<T: Number> Force<T> {
         self.any.memory_at_rest(&at, &mut state[self.memory.clone()]);
     }
 
+    /// What its law sees at a time, of the whole state and the inputs.
+    #[inline(always)]
+    fn at<'a>(&'a self, (t, state, inputs): (f64, &'a [T], &'a [T])) -> At<'a, T> {
+        let memory = &state[self.memory.clone()];
+        At { sample: self.sample, inputs, memory, ..At::new(t, state, &self.places) }
+    }
+
     /// Add how steeply the force falls with the velocity to what its channels have of that; whether it falls.
     #[inline(always)]
-    pub(super) fn damp(
-        &self,
-        (t, state, inputs): (f64, &[T], &[T]),
-        steepness: &mut [f64],
-    ) -> bool {
-        let memory = &state[self.memory.clone()];
-        let at = At { sample: self.sample, inputs, memory, ..At::new(t, state, &self.places) };
-        let falls = self.law.steepness(&self.amplitudes, &self.shape, &at);
+    pub(super) fn damp(&self, at: (f64, &[T], &[T]), steepness: &mut [f64]) -> bool {
+        let falls = self.law.steepness(&self.amplitudes, &self.shape, &self.at(at));
         // What drives has no rest.
         if falls.is_nan() || falls <= 0.0 {
             return false;
@@ -92,13 +93,12 @@ impl<T: Number> Force<T> {
     #[inline(always)]
     pub(super) fn add(
         &self,
-        (t, state, inputs): (f64, &[T], &[T]),
+        at: (f64, &[T], &[T]),
         (coordinates, mass): (usize, &mut [T]),
         force: &mut [T],
         derivative: &mut [T],
     ) {
-        let memory = &state[self.memory.clone()];
-        let at = At { sample: self.sample, inputs, memory, ..At::new(t, state, &self.places) };
+        let at = self.at(at);
         let sum = self.law.force(&self.amplitudes, &self.shape, &at);
         force[self.channel] = force[self.channel] + sum;
         if let Some(other) = self.reaction {

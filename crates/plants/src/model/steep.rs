@@ -17,7 +17,7 @@
 //! not be exact, carries no derivatives, and leaves out what one coordinate's rest is to another. Where g jumps the
 //! step is cut ([`crate::substeps`]), and lambda found again at the beginning of each piece.
 
-use super::mass::{factor, solve_factored};
+use super::mass::{factor, impose, solve_factored};
 use lacuna_numbers::Number;
 
 /// Rates up to this share of one over the step are resolved by it as they are.
@@ -61,19 +61,14 @@ impl Steep {
     /// Divide them by what each coordinate has of inertia, the others being free to follow; those that are imposed rest
     /// for no friction.
     pub fn over_mass<T: Number>(&mut self, mass: &[T], imposed: &[usize]) {
-        let n = self.coordinates;
         for (to, from) in self.mass.iter_mut().zip(mass) {
             *to = from.value();
         }
+        impose(imposed, |_| 0.0, &mut self.mass, &mut self.column);
         for &c in imposed {
-            for k in 0..n {
-                self.mass[c * n + k] = 0.0;
-                self.mass[k * n + c] = 0.0;
-            }
-            self.mass[c * n + c] = 1.0;
             self.rates[c] = 0.0;
         }
-        factor(&mut self.mass, n);
+        factor(&mut self.mass, self.coordinates);
         let factors = std::mem::take(&mut self.mass);
         self.over_factors(&factors);
         self.mass = factors;

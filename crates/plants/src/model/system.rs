@@ -370,13 +370,6 @@ impl<T: Number> System<T> {
         variables[machine + m] = T::constant(t);
     }
 
-    /// Rates of the whole state, given what the dynamics evaluate to there.
-    #[inline(always)]
-    fn rates(&self, at: (f64, &[T], &[T]), outputs: &mut [T], derivative: &mut [T]) {
-        self.push(at, outputs, derivative);
-        self.solve(at, outputs, derivative);
-    }
-
     /// Add forces and effects to what the dynamics evaluate to, and write the memory's rates.
     #[inline(always)]
     pub(super) fn push(
@@ -564,7 +557,8 @@ impl System {
         let mut rates = |v: &mut [f64], o: &mut [f64]| {
             self.variables((t, state, u), v);
             self.bound.evaluate_once(v, o);
-            self.rates((t, state, u), o, derivative);
+            self.push((t, state, u), o, derivative);
+            self.solve((t, state, u), o, derivative);
         };
         if variables <= ON_STACK && outputs <= ON_STACK {
             let (mut v, mut o) = ([0.0; ON_STACK], [0.0; ON_STACK]);

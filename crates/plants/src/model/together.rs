@@ -143,7 +143,7 @@ impl<T: Number> Stepped for SideBySide<'_, '_, T> {
             system.begin_stage(workspace, k, at, *inputs, (state, step));
         }
         stage(self.strands, self.shared, k, at.0);
-        if k == 0 {
+        if k == 0 && self.turns() {
             self.find_steep(at.0);
         }
         for Strand { workspace: w, state, .. } in &mut *self.strands {
@@ -158,7 +158,7 @@ impl<T: Number> Stepped for SideBySide<'_, '_, T> {
 
     #[inline(always)]
     fn turns(&self) -> bool {
-        self.strands.iter().any(|s| s.system.is_dry())
+        self.strands.first().is_some_and(|s| s.system.is_dry())
     }
 
     #[inline(always)]
