@@ -244,14 +244,6 @@ impl<'p> Fit<'p> {
         self.refit_in(self.substeps, h, effort)
     }
 
-    /// This hypothesis without its effect `k`, fitted from here as a special case.
-    ///
-    /// # Errors
-    /// [`FitError`].
-    pub fn without(&self, k: usize, effort: Effort) -> Result<Self, FitError> {
-        self.refit_alike(self.hypothesis.clone().without(k), effort)
-    }
-
     /// The same hypothesis fitted on from here by such steps; as it is where they are its own, or where it has no fit
     /// by them.
     pub(super) fn by_steps(&self, steps: Substeps) -> Cow<'_, Self> {

@@ -7,7 +7,7 @@
 use super::end::FitError;
 use super::minimise::{Linearised, Minimisation};
 use super::normal::Arrow;
-use super::{Effort, Filter, Fit, Hypothesis, What, Windowed};
+use super::{Effort, Filter, Fit, Hypothesis, Windowed};
 use std::ops::Add;
 
 /// A fit of which windows may be left out.
@@ -49,7 +49,7 @@ impl<'p> Fit<'p> {
     }
 
     /// A minimisation that begins at this fit, in some of its windows.
-    fn minimisation(&self, windowed: Windowed) -> Minimisation<'p> {
+    pub(super) fn minimisation(&self, windowed: Windowed) -> Minimisation<'p> {
         let hypothesis = self.hypothesis.clone();
         let minimisation = Minimisation::new(self.problem, hypothesis, windowed, self.substeps);
         Minimisation { noise: self.noise.clone(), ..minimisation }
@@ -86,15 +86,10 @@ impl LeavingOut<'_, '_> {
     /// that is fitted.
     #[must_use]
     pub fn said_of(&self, k: usize, marked: &[bool]) -> Option<Said> {
-        let h = &self.fit.hypothesis;
-        let (amplitudes, absent) = self.fit.vanishes_with(k)?;
-        let theta = h.theta();
-        let own = |i: &usize| matches!(h.free[*i].what, What::Effect(e, _) if e == h.own + k);
-        // Of what does nothing the shape stays as it is.
-        let gone = |i| if amplitudes.contains(&i) { (i, absent - theta[i]) } else { (i, 0.0) };
-        let given: Vec<(usize, f64)> = (0..theta.len()).filter(own).map(gone).collect();
+        let theta = self.fit.hypothesis.theta();
+        let given = self.fit.to_absent(k)?;
         let blocks = &self.linearised.blocks;
-        let arrow = Arrow::new(h, blocks, marked);
+        let arrow = Arrow::new(&self.fit.hypothesis, blocks, marked);
         let with = arrow.learned(&theta, &[]).ok()?;
         let without = arrow.learned(&theta, &given).ok()?;
         let change = &with - &without;

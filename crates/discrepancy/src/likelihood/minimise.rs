@@ -8,6 +8,7 @@ use super::{Filter, Fit, Hypothesis, Problem, ProcessNoise, Window, Windowed};
 use lacuna_effects::Law;
 use lacuna_plants::Substeps;
 use lacuna_plants::model::System;
+use nalgebra::DVector;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -197,7 +198,7 @@ impl<'p> Minimisation<'p> {
     ) -> Option<(f64, Option<Linearised>)> {
         let old = (self.hypothesis.clone(), self.windowed.starts.clone());
         self.hypothesis.set(&step.theta);
-        self.move_states(&step);
+        self.move_states(&step.states);
         // Where the model diverges the step was too long.
         let there = if linearised { self.linearise(|| self.go_on()).map(Some) } else { Ok(None) };
         let after = there.and_then(|there| {
@@ -217,8 +218,24 @@ impl<'p> Minimisation<'p> {
         None
     }
 
-    fn move_states(&mut self, step: &Step) {
-        let mut states = step.states.iter();
+    /// Where the linearised windows have theta and all states if some entries of theta take steps that are given.
+    pub(super) fn leapt(
+        mut self,
+        given: &[(usize, f64)],
+    ) -> Result<(Hypothesis, Windowed), FitError> {
+        let blocks = self.begin()?.blocks;
+        let theta = self.hypothesis.theta();
+        let arrow = Arrow::new(&self.hypothesis, &blocks, &[]);
+        let step = arrow.learned(&theta, given)?;
+        let states = arrow.states(&step);
+        let moved: Vec<f64> = theta.iter().zip(step.iter()).map(|(x, step)| x + step).collect();
+        self.hypothesis.set(&moved);
+        self.move_states(&states);
+        Ok((self.hypothesis, self.windowed))
+    }
+
+    fn move_states(&mut self, steps: &[DVector<f64>]) {
+        let mut states = steps.iter();
         let machine = self.problem.model.machine_states();
         for starts in &mut self.windowed.starts {
             for (k, x) in starts.machine.iter_mut().enumerate() {

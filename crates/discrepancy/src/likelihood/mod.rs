@@ -49,6 +49,7 @@ mod problem;
 mod process_noise;
 pub mod sweep;
 pub mod windows;
+mod without;
 
 pub use end::{Diverged, End, FitError};
 pub use filter::Filter;

@@ -308,6 +308,12 @@ impl<'a> Arrow<'a> {
         Ok(DVector::from_fn(free.len(), |i, _| step[i] * free[i].sd))
     }
 
+    /// How the states of each window follow a step of theta.
+    #[must_use]
+    pub fn states(&self, step: &DVector<f64>) -> Vec<DVector<f64>> {
+        self.blocks.iter().map(|b| b.eliminated(0.0).states(step)).collect()
+    }
+
     /// Precision of theta in units of its prior, states eliminated; and that of the memories at
     /// the recordings' beginnings.
     ///

@@ -27,7 +27,7 @@ impl<'p> Search<'p> {
     fn prune_once(&self, path: &mut Path<'p>) -> bool {
         self.watch.tell("taking each effect away");
         for k in (0..path.named.len()).rev() {
-            let Ok(fit) = path.fit.without(k, QUICK) else { continue };
+            let Some(fit) = self.without(&path.fit, k, self.decision.prior_odds) else { continue };
             let missed = path.fit.gain_over(&fit);
             if missed < self.decision.prior_odds {
                 path.fit = fit;
@@ -47,6 +47,19 @@ impl<'p> Search<'p> {
             }
         }
         false
+    }
+
+    /// A fit without one of its effects, which is missed if that loses more than `least` nats. Where the posterior says that
+    /// it is not and this fit that it is, one of the two is wrong, and it is fitted from where the posterior has all else.
+    pub(super) fn without(&self, fit: &Fit<'p>, k: usize, least: f64) -> Option<Fit<'p>> {
+        let own = fit.without(k, QUICK).ok();
+        let is_missed = own.as_ref().is_none_or(|own| fit.gain_over(own) > least);
+        let is_said = || fit.missed(k, fit.temperature()).is_none_or(|nats| nats > least);
+        if !is_missed || is_said() {
+            return own;
+        }
+        let leapt = fit.leapt_without(k, QUICK);
+        own.into_iter().chain(leapt).min_by(|a, b| a.misfit().total_cmp(&b.misfit()))
     }
 
     /// Take away an effect that says next to nothing of the mismatch, unless the others leave more

@@ -256,7 +256,7 @@ impl<'p> Search<'p> {
             if gain > 2.0 * least || self.watch.skips(untried::MISSED) {
                 return path;
             }
-            let Ok(fit) = path.fit.without(k, QUICK) else { return path };
+            let Some(fit) = self.without(&path.fit, k, least) else { return path };
             let missed = path.fit.gain_over(&fit);
             if missed > least && !path.fit.vanishes(k) {
                 path.named[k].gain = missed;

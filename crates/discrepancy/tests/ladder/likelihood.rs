@@ -1,7 +1,9 @@
 //! Multiple shooting: parameters come back, and their standard deviations are honest.
 
-use crate::machines::{Bench, ON_PENDULUM, ON_TANKS};
-use lacuna_discrepancy::likelihood::{Effort, FULL, Fit, FitError, Hypothesis, Problem, What};
+use crate::machines::{Bench, ON_CARRIAGE, ON_PENDULUM, ON_TANKS};
+use lacuna_discrepancy::likelihood::{
+    Effort, FULL, Fit, FitError, Hypothesis, Problem, STILL, What,
+};
 use lacuna_discrepancy::search::chain::{begin, grow, lengthen};
 use lacuna_discrepancy::{Dataset, Decision};
 use lacuna_plants::model::ModelEffect;
@@ -298,6 +300,33 @@ fn what_is_missed_is_told_without_another_fit() {
         let beyond_doubt = stiffness == 0.05 && missed > 1e4 && gain > 1e4;
         assert!(close || beyond_doubt, "{stiffness}: {missed} {gain}");
     }
+}
+
+/// An actuator's gain times a sensor's scale is what recordings of a carriage tell: without one of two that stand along that
+/// valley all else, states too, begins where it belongs without it.
+#[test]
+fn without_one_of_two_that_do_the_same() {
+    let bench = Bench { amplitude: (0.6, 1.2), ..ON_CARRIAGE };
+    let truth = bench.truth("[[effect]]\nclass = \"gain_error\"\nchannel = \"u\"\ngain = 1.05");
+    let model = bench.model();
+    let dataset = Dataset::new(&model, &bench.record(&truth, 87, 2)).expect("a dataset");
+    let problem = Problem::new(&model, &dataset).expect("a problem");
+    let scale = "[[effect]]\nclass = \"sensor_scale\"\nchannel = \"x\"\nscale = 0.99";
+    let mut gain = truth.effects[0].clone();
+    gain.parameters = vec![1.05 / 0.99];
+    let scale = bench.truth(scale).effects[0].clone();
+    let with = |h: Hypothesis, e: &ModelEffect| h.with(e.clone(), &problem.scales_of(e));
+    let both = with(with(Hypothesis::of(&model), &scale), &gain);
+    let begun = Fit::still(&problem, both, 0).expect("a fit");
+    // The states alone, so that the effects stand where they were put.
+    let fit = begun.states_at(0).expect("a fit");
+    assert!(fit.reduced() < 1.2, "{}", fit.reduced());
+    let leapt = fit.leapt_without(0, STILL).expect("both vanish");
+    let plain = fit.without(0, STILL).expect("a fit");
+    let left = [&fit, &leapt, &plain].map(Fit::reduced);
+    assert!(left[1] < 1.01 * left[0] && left[2] > 10.0 * left[0], "{left:?}");
+    let gain = leapt.hypothesis.supposed()[0].parameters[0] / leapt.hypothesis.parameters[0];
+    assert!((gain - 1.05).abs() < 0.01, "{gain}");
 }
 
 /// Laplace's evidence against the integral that it stands for, by quadrature over the amplitude:
