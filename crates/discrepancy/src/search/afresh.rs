@@ -2,13 +2,18 @@
 //! that is missing too puts every path off by more than any law changes: what is then found, or not, may hang on
 //! where the search began. Where it leaves much, it is begun again: beside a constant force, which need not be
 //! missed itself, with forces along the measured motion and not along that of a model far from it, and with fits that
-//! begin in several places.
+//! begin in several places; and without what was found first there, which may say the most by itself and leave nothing that
+//! another could be told beside.
 
 use super::forward::settles;
 use super::{First, MOST_EFFECTS, Named, Once, Path, Search, Searched, effect_of, untried};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, QUICK};
 use lacuna_effects::Acts;
+
+/// Searches without what those before them found first: each takes as long as the one begun, and what hides others is
+/// seldom more than a law and what comes next to it.
+const WITHOUT: usize = 3;
 
 impl<'p> Search<'p> {
     /// A search by free runs, or one begun afresh, where the first leaves more than noise, no small share of the
@@ -25,14 +30,19 @@ impl<'p> Search<'p> {
         if nothing || self.problem.is_robot() || self.says_it(calibrated, &free.path) {
             return free;
         }
-        let search = Self { afresh: true, ..self.clone() };
+        let mut search = Self { afresh: true, ..self.clone() };
         let constants = self.candidates.iter().filter(|c| c.is_constant()).map(Some);
-        for constant in constants.chain([None]) {
+        for constant in constants.chain([None; 1 + WITHOUT]) {
             if self.watch.skips(untried::AFRESH) {
                 break;
             }
-            let found = search.begun_with(constant, calibrated, driven);
-            let Some(found) = found.filter(|found| self.leads(found, &free.path)) else { continue };
+            let Some(found) = search.begun_with(constant, calibrated, driven) else { continue };
+            if constant.is_none() {
+                search = search.without_first_of(&found);
+            }
+            if !self.leads(&found, &free.path) {
+                continue;
+            }
             let path = self.selected(calibrated, found);
             if self.leads(&path, &free.path) {
                 free.path = path;
@@ -42,6 +52,14 @@ impl<'p> Search<'p> {
             }
         }
         free
+    }
+
+    /// The same search without what a path found first.
+    fn without_first_of(mut self, path: &Path) -> Self {
+        if let Some(first) = path.fit.hypothesis.supposed().first().map(Candidate::of) {
+            self.candidates.retain(|c| !first.excludes(c));
+        }
+        self
     }
 
     /// Whether a path says all of the mismatch but a small share of it. A constant force, and an offset of a sensor that
