@@ -74,6 +74,9 @@ pub struct Nature {
     pub variation_of: Option<&'static Effect>,
     /// Whether it is nothing on one side of an edge, so that it acts wherever it is not 0.
     pub edge: bool,
+    /// The law about a point that it cannot be told from where what sets it apart is not seen: a spring, of a stop that is
+    /// never left, and of what relaxes in no time there is. Its first parameter is this one's.
+    pub about_a_point: Option<&'static Effect>,
     /// The parameter that is the time at which it begins, if it does.
     pub onset: Option<&'static str>,
     /// Parameters with which a sensor tells the truth.
@@ -101,6 +104,7 @@ impl Nature {
         kin: None,
         variation_of: None,
         edge: false,
+        about_a_point: None,
         onset: None,
         ideal: &[0.0],
         memory_spread: |_, scales, spread| spread.fill(0.5 * scales.half_range()),

@@ -2,7 +2,7 @@
 
 use crate::{
     Acts, At, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior,
-    Range, Scales, Variable,
+    Range, Scales, Variable, linear_stiffness,
 };
 
 /// The laws of end stops. Their shared numbers: stiffness, position, side.
@@ -22,7 +22,12 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&EndStop),
     priors,
     shapes,
-    nature: Nature { kin: Some(Kin::of(&FAMILY)), edge: true, ..Nature::PLAIN },
+    nature: Nature {
+        kin: Some(Kin::of(&FAMILY)),
+        edge: true,
+        about_a_point: Some(&linear_stiffness::EFFECT),
+        ..Nature::PLAIN
+    },
 };
 
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use crate::{
     Acts, At, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior,
-    Range, Scales, Variable,
+    Range, Scales, Variable, linear_loss,
 };
 
 /// What runs over a brim. The laws' shared numbers: rate, position.
@@ -21,7 +21,12 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&Overflow),
     priors,
     shapes,
-    nature: Nature { kin: Some(Kin::of(&FAMILY)), edge: true, ..Nature::PLAIN },
+    nature: Nature {
+        kin: Some(Kin::of(&FAMILY)),
+        edge: true,
+        about_a_point: Some(&linear_loss::EFFECT),
+        ..Nature::PLAIN
+    },
 };
 
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use crate::{
     Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable,
+    Variable, linear_stiffness,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -18,7 +18,7 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&Viscoelastic),
     priors,
     shapes,
-    nature: Nature::PLAIN,
+    nature: Nature { about_a_point: Some(&linear_stiffness::EFFECT), ..Nature::PLAIN },
 };
 
 #[derive(Debug)]

@@ -7,7 +7,7 @@
 //! `|D|^2`; if it only fits what is peculiar to the recordings it was fitted to, they rise by about
 //! as much. Where D is small, the folds do not touch what it describes and say nothing.
 
-use super::{Path, Rival, Search, chain, untried};
+use super::{Named, Path, Rival, Search, chain, untried};
 use crate::candidates::Candidate;
 use crate::decision::Decision;
 use crate::likelihood::{Effort, FULL, Fit, FitError, QUICK, STILL, Said};
@@ -234,6 +234,13 @@ impl Search<'_> {
                 let mut named = path.named.remove(k);
                 named.rivals.retain(|r| !r.candidate.excludes(&candidate));
                 named.rivals.push(rival);
+                // One about a point brings a constant force with it.
+                let known = path.named.len();
+                let more = known..simple.hypothesis.supposed().len() - 1;
+                path.named.extend(more.map(|k| Named {
+                    gain: simple.gained_by(k).unwrap_or(self.decision.tie),
+                    rivals: vec![],
+                }));
                 path.named.push(named);
                 path.fit = simple;
             }

@@ -39,6 +39,30 @@ fn a_joint_of_two_masses_that_rubs() {
     names(&d, "coupling_friction", "x2", &[("magnitude", 0.5)]);
 }
 
+/// A spring about a point that is not 0 is a spring beside a constant force: no stop that the carriage never leaves, and
+/// nothing that would relax if it were watched for longer.
+#[test]
+fn a_spring_about_a_point() {
+    for (seed, stiffness, point) in
+        [(321, 0.5, 0.3), (322, 3.0, -1.0), (323, 3.0, 0.3), (324, 0.5, -1.0)]
+    {
+        let spring = effect("linear_stiffness", "x", &format!("stiffness = {stiffness:.1}\n"));
+        let rest = effect("constant_force", "x", &format!("force = {:.2}\n", stiffness * point));
+        let d = conceal(ON_CARRIAGE, seed, &(spring + &rest));
+        let mut found: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
+        found.sort_unstable();
+        assert_eq!(found, ["constant_force", "linear_stiffness"], "{seed}");
+        let value = |class: &str, name: &str| {
+            let finding = d.findings.iter().find(|f| f.class == class).expect("it was found");
+            finding.parameters[name].value
+        };
+        let spring = value("linear_stiffness", "stiffness");
+        let rest = value("constant_force", "force") / spring;
+        assert!((spring / stiffness - 1.0).abs() < 0.01, "{seed}: {spring}");
+        assert!((rest - point).abs() < 0.01, "{seed}: {rest}");
+    }
+}
+
 /// Each rubs on the ground. One law between them does the work of both, and gains most at first.
 #[test]
 fn two_masses_that_rub_alike() {
