@@ -4,8 +4,8 @@ use crate::dry_friction::{
     Dry, DryFriction, FAMILY, SMOOTHING_VELOCITY, shared, smoothing_prior, smoothing_velocities,
 };
 use crate::{
-    Acts, At, Dimension, Effect, Kin, Law, Nature, Number, Parameter, Prior, Range, Scales, Stated,
-    Variable,
+    Acts, At, Biased, Dimension, Effect, Kin, Law, Nature, Number, Parameter, Prior, Range, Scales,
+    Stated, Variable, coulomb_friction,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -27,6 +27,10 @@ pub(crate) static EFFECT: Effect = Effect {
             family: &FAMILY,
             shared: |p, _| shared(0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0]), p[2]),
             begun: |s, _| vec![vec![s[0] - s[1], s[0] + s[1], s[2]]],
+        }),
+        biased: Some(Biased {
+            effect: &coulomb_friction::EFFECT,
+            numbers: |p| (vec![0.5 * (p[0] + p[1]), p[2]], 0.5 * (p[1] - p[0])),
         }),
         stated: Some(Stated::friction(&[0.5, 0.5], "the difference between the directions")),
         ..Nature::PLAIN

@@ -74,9 +74,8 @@ pub struct Nature {
     pub variation_of: Option<&'static Effect>,
     /// Whether it is nothing on one side of an edge, so that it acts wherever it is not 0.
     pub edge: bool,
-    /// The law about a point that it cannot be told from where what sets it apart is not seen: a spring, of a stop that is
-    /// never left, and of what relaxes in no time there is. Its first parameter is this one's.
-    pub about_a_point: Option<&'static Effect>,
+    /// The simpler law that it is beside a constant force, at least where what sets it apart is not seen.
+    pub biased: Option<Biased>,
     /// The parameter that is the time at which it begins, if it does.
     pub onset: Option<&'static str>,
     /// Parameters with which a sensor tells the truth.
@@ -104,7 +103,7 @@ impl Nature {
         kin: None,
         variation_of: None,
         edge: false,
-        about_a_point: None,
+        biased: None,
         onset: None,
         ideal: &[0.0],
         memory_spread: |_, scales, spread| spread.fill(0.5 * scales.half_range()),
@@ -114,6 +113,15 @@ impl Nature {
         in_servo: None,
         stated: None,
     };
+}
+
+/// A law beside a constant force.
+#[derive(Clone, Copy, Debug)]
+pub struct Biased {
+    /// The law.
+    pub effect: &'static Effect,
+    /// Its physical parameters and the force, of those of the law that they are together.
+    pub numbers: fn(&[f64]) -> (Vec<f64>, f64),
 }
 
 /// Where within a position servo an effect on its command acts.

@@ -1,8 +1,8 @@
 //! An elastic end stop: `-stiffness max(q - position, 0), or its mirror image for side = -1`.
 
 use crate::{
-    Acts, At, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior,
-    Range, Scales, Variable, linear_stiffness,
+    Acts, At, Biased, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter,
+    Prior, Range, Scales, Variable, linear_stiffness,
 };
 
 /// The laws of end stops. Their shared numbers: stiffness, position, side.
@@ -25,7 +25,11 @@ pub(crate) static EFFECT: Effect = Effect {
     nature: Nature {
         kin: Some(Kin::of(&FAMILY)),
         edge: true,
-        about_a_point: Some(&linear_stiffness::EFFECT),
+        // Never left, it is a spring about where it stands.
+        biased: Some(Biased {
+            effect: &linear_stiffness::EFFECT,
+            numbers: |p| (vec![p[0]], p[0] * p[1]),
+        }),
         ..Nature::PLAIN
     },
 };

@@ -94,7 +94,7 @@ mod viscoelastic;
 mod viscous_friction;
 
 pub use at::{At, Channel};
-pub use effect::{Acts, BASE, Effect, InServo, Nature, Variable, one_shape};
+pub use effect::{Acts, BASE, Biased, Effect, InServo, Nature, Variable, one_shape};
 pub use family::{Family, Kin};
 use lacuna_numbers::Number;
 pub use law::{

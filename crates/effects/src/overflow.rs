@@ -1,8 +1,8 @@
 //! An overflow above a level (a tank's brim): `-rate max(x - position, 0)`.
 
 use crate::{
-    Acts, At, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter, Prior,
-    Range, Scales, Variable, linear_loss,
+    Acts, At, Biased, Dimension, Effect, Family, ForceLaw, Kin, Law, Nature, Number, Parameter,
+    Prior, Range, Scales, Variable, linear_loss,
 };
 
 /// What runs over a brim. The laws' shared numbers: rate, position.
@@ -24,7 +24,11 @@ pub(crate) static EFFECT: Effect = Effect {
     nature: Nature {
         kin: Some(Kin::of(&FAMILY)),
         edge: true,
-        about_a_point: Some(&linear_loss::EFFECT),
+        // Always over the brim, it is a loss about it.
+        biased: Some(Biased {
+            effect: &linear_loss::EFFECT,
+            numbers: |p| (vec![p[0]], p[0] * p[1]),
+        }),
         ..Nature::PLAIN
     },
 };

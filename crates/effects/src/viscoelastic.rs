@@ -1,8 +1,8 @@
 //! A viscoelastic (Maxwell) element: `-stiffness z, z' = v - z / time_constant`.
 
 use crate::{
-    Acts, At, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range, Scales,
-    Variable, linear_stiffness,
+    Acts, At, Biased, Dimension, Effect, ForceLaw, Law, Nature, Number, Parameter, Prior, Range,
+    Scales, Variable, linear_stiffness,
 };
 
 pub(crate) static EFFECT: Effect = Effect {
@@ -18,7 +18,11 @@ pub(crate) static EFFECT: Effect = Effect {
     law: Law::Force(&Viscoelastic),
     priors,
     shapes,
-    nature: Nature { about_a_point: Some(&linear_stiffness::EFFECT), ..Nature::PLAIN },
+    nature: Nature {
+        // Of what relaxes in no time that there is, a spring.
+        biased: Some(Biased { effect: &linear_stiffness::EFFECT, numbers: |p| (vec![p[0]], 0.0) }),
+        ..Nature::PLAIN
+    },
 };
 
 #[derive(Debug)]

@@ -234,7 +234,7 @@ impl Search<'_> {
                 let mut named = path.named.remove(k);
                 named.rivals.retain(|r| !r.candidate.excludes(&candidate));
                 named.rivals.push(rival);
-                // One about a point brings a constant force with it.
+                // It may bring a constant force with it.
                 let known = path.named.len();
                 let more = known..simple.hypothesis.supposed().len() - 1;
                 path.named.extend(more.map(|k| Named {

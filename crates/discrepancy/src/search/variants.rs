@@ -6,7 +6,7 @@ use super::{Search, effect_of};
 use crate::candidates::Candidate;
 use crate::likelihood::evidence::common_temperature;
 use crate::likelihood::{Effort, FULL, Fit, Hypothesis, STILL};
-use lacuna_effects::Nature;
+use lacuna_effects::Biased;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
 
@@ -44,38 +44,40 @@ impl<'p> Search<'p> {
         tried.into_iter().next()
     }
 
-    /// A fit with effect `k` written as the law that it holds as a special case, at its best, or as one about a point: a stop
-    /// that the machine never leaves is a spring.
+    /// A fit with effect `k` written as the law that it holds as a special case, at its best, or as one beside a constant
+    /// force: a stop that the machine never leaves is a spring about a point.
     pub(super) fn special_case<'f>(&self, fit: &Fit<'f>, k: usize) -> Option<Fit<'f>> {
         let fitted = fit.hypothesis.supposed().get(k)?;
-        let plain = fit.hypothesis.clone().without(k);
         let mut others = siblings(fitted, self).into_iter();
         let simple = others.find(|e| e.effect.parameters.len() < fitted.effect.parameters.len());
         let h = match simple {
-            Some(simple) => self.with(&plain, simple),
-            None => self.about_a_point(plain, fitted)?,
+            Some(simple) => self.with(&fit.hypothesis.clone().without(k), simple),
+            None => self.biased(&fit.hypothesis, k)?,
         };
         fit.refit_alike(h, FULL).ok()
     }
 
-    /// A hypothesis with the law about a point that another one may be: beside a constant force it is one about 0. None
-    /// where there is no such law, or it may not be named beside the others.
-    fn about_a_point(&self, h: Hypothesis, fitted: &ModelEffect) -> Option<Hypothesis> {
-        let Nature { about_a_point, edge, .. } = fitted.effect.nature;
-        let (effect, channel, size) = (about_a_point?, fitted.channel, fitted.parameters[0]);
+    /// A hypothesis with effect `k` written as the simpler law that it is beside a constant force, its last then. None where
+    /// there is no such law, or it may not be named beside the others.
+    pub(super) fn biased(&self, h: &Hypothesis, k: usize) -> Option<Hypothesis> {
+        let fitted = h.supposed().get(k)?;
+        let Biased { effect, numbers } = fitted.effect.nature.biased?;
+        let ((parameters, force), channel) = (numbers(&fitted.parameters), fitted.channel);
         let law = Candidate { effect, channel, other: None };
-        let own = |c: &&Candidate| c.is_constant() && c.channel == channel;
-        let constant = self.candidates.iter().find(own)?;
-        let is_free = |c: &Candidate| !h.supposed().iter().any(|e| Candidate::of(e).excludes(c));
+        let mut constants = self.candidates.iter().filter(|c| c.is_constant());
+        let constant = constants.find(|c| c.channel == channel)?;
+        let plain = h.clone().without(k);
+        let is_free =
+            |c: &Candidate| !plain.supposed().iter().any(|e| Candidate::of(e).excludes(c));
         if !self.candidates.contains(&law) || !is_free(&law) {
             return None;
         }
-        let point = if edge { fitted.parameters[1] } else { 0.0 };
-        let beside = match is_free(constant) {
-            true => self.with(&h, effect_of(constant, &[size * point], &[])),
-            false => h,
-        };
-        Some(self.with(&beside, effect_of(&law, &[size], &[])))
+        let (std, other) = (vec![None; parameters.len()], None);
+        let law = ModelEffect { effect, channel, other, parameters, std };
+        Some(match is_free(constant) {
+            true => self.with(&self.with(&plain, effect_of(constant, &[force], &[])), law),
+            false => self.with(&plain, law),
+        })
     }
 
     /// Effect `k` of a fit written with the other laws of its kind that are `wanted`, each at its best.

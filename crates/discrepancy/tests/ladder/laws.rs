@@ -63,6 +63,31 @@ fn a_spring_about_a_point() {
     }
 }
 
+/// Beside a constant force friction seems to differ between the directions, which alone says most of it, and which has no
+/// peak where it begins to move.
+#[test]
+fn friction_with_a_peak_on_a_slope() {
+    for seed in [331, 332] {
+        let friction = effect(
+            "stribeck_friction",
+            "x",
+            "coulomb = 0.3\nstatic = 0.5\nstribeck_velocity = 0.05\nsmoothing_velocity = 0.002\n",
+        );
+        let slope = effect("constant_force", "x", "force = -0.15\n");
+        let d = conceal(ON_CARRIAGE, seed, &(friction + &slope));
+        let mut found: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
+        found.sort_unstable();
+        assert_eq!(found, ["constant_force", "stribeck_friction"], "{seed}");
+        for (class, name, truth) in
+            [("constant_force", "force", -0.15), ("stribeck_friction", "static", 0.5)]
+        {
+            let finding = d.findings.iter().find(|f| f.class == class).expect("it was found");
+            let value = finding.parameters[name].value;
+            assert!((value / truth - 1.0).abs() < 0.1, "{seed}: {}", finding.says);
+        }
+    }
+}
+
 /// Each rubs on the ground. One law between them does the work of both, and gains most at first.
 #[test]
 fn two_masses_that_rub_alike() {
