@@ -95,7 +95,9 @@ impl Bench {
 
     /// A recording: angles joint by joint, torques sample by sample.
     fn write(&self, name: &str, times: &[f64], angles: &[Vec<f64>], torques: &[f64]) -> String {
-        let mut text = String::from("t,shoulder,elbow,shoulder_torque,elbow_torque\n");
+        let truth = Model::read(&self.path("truth.toml")).expect("a model");
+        let [first, second] = [0, 1].map(|joint| truth.inputs[joint].name.clone());
+        let mut text = format!("t,shoulder,elbow,{first},{second}\n");
         for (k, t) in times.iter().enumerate() {
             let (a, b) = (angles[0][k], angles[1][k]);
             writeln!(text, "{t},{a},{b},{},{}", torques[2 * k], torques[2 * k + 1]).expect("text");

@@ -256,15 +256,18 @@ impl<'a> Ladder<'a> {
     }
 
     /// What is left of a verdict whose model is refused: the model as it was given explains the
-    /// held-out recordings and those that it was looked for in, or nothing does. What a machine meets in some
-    /// recordings alone it need not meet in those that are held out.
+    /// held-out recordings and those that it was looked for in, or noise on the recorded inputs says what it leaves of
+    /// these, or nothing does. What a machine meets in some recordings alone it need not meet in those that are held out.
     fn verdict_without(&self, refused: &Proved) -> Verdict {
         let explains = |f: &ChannelFit| (f.rmse_before / f.noise).powi(2) < self.decision.explained;
         let mut errors = refused.fit.held_out.values().chain(refused.fit.training.values());
         let all = errors.all(explains);
         let random = !self.driving().forces.is_empty();
         let missing = random && self.found.undriven > self.decision.explained * self.floor();
-        if all && !missing { Verdict::NoMismatch } else { Verdict::Unexplained }
+        let nominal = &self.found.nominal;
+        let noisy = nominal.noise.is_some() && !random;
+        let told = noisy && nominal.reduced() < self.decision.explained;
+        if (all || told) && !missing { Verdict::NoMismatch } else { Verdict::Unexplained }
     }
 
     /// Whether any parameter moves by more than the rounding of its nominal value.

@@ -35,7 +35,7 @@ const SEEN: f64 = 0.5;
 /// Fill the hidden coordinates of all recordings' smoothed motion.
 ///
 /// # Errors
-/// A coordinate that nothing measured depends on.
+/// A coordinate that nothing measured depends on, nor on its velocity.
 pub(super) fn follow(problem: &mut Problem) -> Result<(), DiagnoseError> {
     let n = problem.model.coordinates.len();
     let coordinates: Vec<usize> = problem.hidden.iter().copied().filter(|&i| i < 2 * n).collect();
@@ -70,7 +70,9 @@ pub(super) fn follow(problem: &mut Problem) -> Result<(), DiagnoseError> {
             }
         }
     }
-    let unseen = coordinates.iter().find(|&&i| i < n && least[i] > SEEN * variances[i]);
+    // Where only its velocity is seen a coordinate begins anywhere: what depends on it says the rest.
+    let is_unseen = |i: usize| least[i] > SEEN * variances[i];
+    let unseen = coordinates.iter().find(|&&i| i < n && is_unseen(i) && is_unseen(i + n));
     unseen.map_or(Ok(()), |&i| {
         Err(DiagnoseError::Unmeasured { channel: problem.model.state_name(i).to_owned() })
     })

@@ -36,10 +36,13 @@ impl<'p> Search<'p> {
             if self.watch.skips(untried::AFRESH) {
                 break;
             }
-            let Some(found) = search.begun_with(constant, calibrated, driven) else { continue };
+            let found = search.begun_with(constant, calibrated, driven);
             if constant.is_none() {
-                search = search.without_first_of(&found);
+                // Where it finds nothing, it does so again.
+                let Some(found) = &found else { break };
+                search = search.without_first_of(found);
             }
+            let Some(found) = found else { continue };
             if !self.leads(&found, &free.path) {
                 continue;
             }

@@ -138,7 +138,11 @@ impl<'p> Search<'p> {
         if gained < decision.prior_odds {
             return None;
         }
-        let left = if driven { !gone } else { best.fit.reduced() > decision.explained };
+        // A random force is a name for what is not understood; noise on a recorded input is not.
+        let left = match driven {
+            true => !gone && best.fit.noise.as_ref().is_some_and(|noise| !noise.pushes_nothing()),
+            false => best.fit.reduced() > decision.explained,
+        };
         if leads.iter().any(|l| l.is_beaten(left, decision)) {
             return Some(Next::Part(tried));
         }

@@ -7,8 +7,8 @@ use lacuna_discrepancy::likelihood::{
     FULL, Fit, Hypothesis, Problem, ProcessNoise, STILL, intensity,
 };
 use lacuna_discrepancy::{Dataset, Watch};
-use lacuna_excitation::{add_gaussian_noise, rng};
-use lacuna_plants::{Model, System, integrate::rk4_sampled};
+use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
+use lacuna_plants::{Model, SampledInput, System, integrate::rk4_sampled, rk4};
 use lacuna_recordings::{Column, Recording};
 use nalgebra::{DMatrix, DVector};
 use std::sync::atomic::AtomicBool;
@@ -240,6 +240,69 @@ fn a_law_that_is_small_beside_a_noisy_input_is_handed_back() {
 fn without(column: &str, mut recordings: Vec<Recording>) -> Vec<Recording> {
     recordings.iter_mut().for_each(|r| r.columns.retain(|c| c.name != column));
     recordings
+}
+
+/// A pendulum with a wheel on its axis, whose speed alone is recorded: nothing depends on its angle.
+const WHEEL: &str = r#"
+name = "reaction_wheel"
+[parameters]
+J = { value = 0.05, unit = "kg m^2", tolerance = 0.1 }
+g = { value = 1.5, unit = "N m", tolerance = 0.1 }
+b = { value = 0.02, unit = "N m s/rad", tolerance = 0.2 }
+W = { value = 0.004, unit = "kg m^2", tolerance = 0.1 }
+[[input]]
+name = "u"
+unit = "N m"
+[[coordinate]]
+name = "q"
+velocity = "v"
+unit = "rad"
+[[coordinate]]
+name = "p"
+velocity = "w"
+unit = "rad"
+[mechanics]
+mass = [["J", "0"], ["0", "W"]]
+force = ["-g*sin(q) - b*v - u", "u"]
+"#;
+
+#[test]
+fn of_what_turns_its_speed_is_enough() {
+    const RUBS: f64 = 0.03;
+    const STEP: f64 = 0.01;
+    let effect = format!(
+        "{WHEEL}\n[[effect]]\nclass = \"coulomb_friction\"\nchannel = \"p\"\n\
+         magnitude = {RUBS}\nsmoothing_velocity = 0.3"
+    );
+    let truth = Model::from_text(&effect, "truth.toml").expect("the truth is right");
+    let model = Model::from_text(WHEEL, "model.toml").expect("the model is right");
+    let one = |run: u64| {
+        let mut rng = rng(9, run);
+        let time: Vec<f64> = (0..1000).map(|k| STEP * k as f64).collect();
+        let ranges = SinusoidRanges {
+            amplitude: 0.05..=0.2,
+            angular_frequency: 1.0..=9.0,
+            phase: 0.0..=std::f64::consts::TAU,
+        };
+        let drive = SumOfSinusoids::random(&mut rng, 1, 4, &ranges).expect("ranges");
+        let u = drive.sample(&time);
+        let input = SampledInput { times: &time, values: &u, hold: truth.hold };
+        let system = System::new(&truth);
+        let motion = rk4(&system, &[0.1, 0.0, 0.0, 5.0], &input, &time, STEP / 8.0);
+        let motion = motion.expect("it does not diverge");
+        let mut columns = vec![Column { name: "u".into(), values: u }];
+        for (name, state, noise) in [("q", 0, 1e-3), ("w", 3, 0.05)] {
+            let mut values: Vec<f64> = (0..time.len()).map(|k| motion.state(k)[state]).collect();
+            add_gaussian_noise(&mut values, noise, &mut rng).expect("a deviation");
+            columns.push(Column { name: name.into(), values });
+        }
+        Recording { name: format!("run{run}"), time, columns }
+    };
+    let d = diagnosed(&model, &(0..3).map(one).collect::<Vec<_>>()).diagnosis;
+    assert_eq!(d.findings.len(), 1);
+    let found = &d.findings[0];
+    assert_eq!((&*found.class, &*found.channel), ("coulomb_friction", "p"));
+    assert!((found.parameters["magnitude"].value / RUBS - 1.0).abs() < 0.02, "{}", found.says);
 }
 
 #[test]
