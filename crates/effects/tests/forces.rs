@@ -68,6 +68,36 @@ fn friction_laws_obey_their_formulas() {
     });
 }
 
+/// Wherever it acts, a law that may be a simpler one beside a constant force has the force of both.
+#[test]
+fn a_law_that_may_be_another_beside_a_constant_force_is_it_where_it_acts() {
+    let acting = [point(0.3, 0.7, 0.4, 0.0, 0.0), point(1.0, 0.2, -0.1, 0.0, 0.0)];
+    let laws: [(&str, &[f64]); 3] = [
+        ("end_stop", &[2.0, 0.1, 1.0]),
+        ("overflow", &[0.7, 0.1]),
+        ("asymmetric_friction", &[1.5, 0.4, 0.001]),
+    ];
+    for (class, physical) in laws {
+        let biased = find(class).and_then(|e| e.nature.biased).expect("it may be another");
+        let (parameters, constant) = (biased.numbers)(physical);
+        for at in &acting {
+            let together = force(biased.effect.class, &parameters, at) + constant;
+            let found = force(class, physical, at);
+            assert!((found - together).abs() < 1e-12, "{class} at {at:?}: {found} {together}");
+        }
+    }
+    // Of what never relaxes its memory is where it is.
+    let biased = find("viscoelastic").and_then(|e| e.nature.biased).expect("it may be another");
+    let (parameters, constant) = (biased.numbers)(&[2.0, 1e9]);
+    let (at, law) = (acting[0], law("viscoelastic"));
+    let mut basis = [f64::NAN];
+    law.basis(&law.internal(&[2.0, 1e9])[1..], &at, &[at.q], &mut basis);
+    assert_eq!(force(biased.effect.class, &parameters, &at) + constant, 2.0 * basis[0]);
+    let known = ["end_stop", "overflow", "asymmetric_friction", "viscoelastic"];
+    let all = CATALOGUE.iter().filter(|e| e.nature.biased.is_some());
+    assert!(all.map(|e| e.class).all(|class| known.contains(&class)));
+}
+
 #[test]
 fn friction_far_above_the_smoothing_velocity_has_its_full_magnitude() {
     let fast = |v| Local { v, ..Local::default() };
