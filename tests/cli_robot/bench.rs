@@ -90,12 +90,17 @@ impl Bench {
         if self.torque_noise > 0.0 {
             add_gaussian_noise(&mut torques, self.torque_noise, &mut rng).expect("a deviation");
         }
-        self.write(&format!("run{run}.csv"), &times, &columns, &torques)
+        self.write((&format!("run{run}.csv"), &truth), &times, &columns, &torques)
     }
 
     /// A recording: angles joint by joint, torques sample by sample.
-    fn write(&self, name: &str, times: &[f64], angles: &[Vec<f64>], torques: &[f64]) -> String {
-        let truth = Model::read(&self.path("truth.toml")).expect("a model");
+    fn write(
+        &self,
+        (name, truth): (&str, &Model),
+        times: &[f64],
+        angles: &[Vec<f64>],
+        torques: &[f64],
+    ) -> String {
         let [first, second] = [0, 1].map(|joint| truth.inputs[joint].name.clone());
         let mut text = format!("t,shoulder,elbow,{first},{second}\n");
         for (k, t) in times.iter().enumerate() {
@@ -137,7 +142,7 @@ impl Bench {
         for joint in &mut angles {
             add_gaussian_noise(joint, 5e-4, &mut rng).expect("a deviation");
         }
-        self.write(&format!("upright{run}.csv"), &times, &angles, &torques)
+        self.write((&format!("upright{run}.csv"), &truth), &times, &angles, &torques)
     }
 
     pub fn run(&self, arguments: &[&str]) -> Output {

@@ -165,8 +165,8 @@ fn what_hangs_on_an_arm_that_falls_without_its_controller_is_named() {
     assert_named_upright(HUNG, ("hidden_resonance", "shoulder"), parameters, 0.05);
 }
 
-/// A mass that is not quite known takes up the most of what differs between the ways up and down, and noise the rest, until
-/// a force says so.
+/// A mass that is not quite known can take up most of what differs between the ways up and down: it is told all the same, as
+/// one law or as two.
 #[test]
 fn a_lift_that_rubs_harder_on_the_way_up() {
     let diagnosis = Bench::of(LIFT, UPWARDS, 0.0).diagnosed_upright();

@@ -34,9 +34,7 @@ pub struct Term {
 impl Term {
     /// The effect that a law of inputs is with these parameters.
     pub(crate) fn as_effect(&self) -> ModelEffect {
-        let Candidate { effect, channel, other } = self.candidate;
-        let std = vec![None; self.shape.len()];
-        ModelEffect { effect, channel, other, parameters: self.shape.clone(), std }
+        self.candidate.with(self.shape.clone())
     }
 }
 
@@ -120,6 +118,13 @@ impl Candidate {
     #[must_use]
     pub fn of(e: &ModelEffect) -> Self {
         Self { effect: e.effect, channel: e.channel, other: e.other }
+    }
+
+    /// The effect that it is with these physical parameters.
+    pub(crate) fn with(&self, parameters: Vec<f64>) -> ModelEffect {
+        let Self { effect, channel, other } = *self;
+        let std = vec![None; parameters.len()];
+        ModelEffect { effect, channel, other, parameters, std }
     }
 
     /// Whether another candidate is no addition to this one: it is the same, or a variant of

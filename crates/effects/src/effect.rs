@@ -124,6 +124,13 @@ pub struct Biased {
     pub numbers: fn(&[f64]) -> (Vec<f64>, f64),
 }
 
+impl Biased {
+    /// A law in proportion to its variable, about where it rests: what it is together has its size and that place first.
+    pub(crate) const fn about(effect: &'static Effect) -> Self {
+        Self { effect, numbers: |p| (vec![p[0]], p[0] * p[1]) }
+    }
+}
+
 /// Where within a position servo an effect on its command acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InServo {

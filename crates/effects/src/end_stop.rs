@@ -26,10 +26,7 @@ pub(crate) static EFFECT: Effect = Effect {
         kin: Some(Kin::of(&FAMILY)),
         edge: true,
         // Never left, it is a spring about where it stands.
-        biased: Some(Biased {
-            effect: &linear_stiffness::EFFECT,
-            numbers: |p| (vec![p[0]], p[0] * p[1]),
-        }),
+        biased: Some(Biased::about(&linear_stiffness::EFFECT)),
         ..Nature::PLAIN
     },
 };

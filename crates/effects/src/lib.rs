@@ -21,6 +21,7 @@
 //! | what a link is made of beside, how the base stands | [`StructureLaw::numbers`] |
 //! | prior of a and s | [`Effect::priors`] |
 //! | shapes s to begin from | [`Effect::shapes`] |
+//! | what it is beside a constant force | [`Nature::biased`] |
 //! | what a robot's own file can say of it | [`Nature::stated`] |
 //! | magnitudes as an engineer states them | the *physical* parameters: [`Effect::parameters`], one value after the other: [`Effect::values`] |
 //!

@@ -25,10 +25,7 @@ pub(crate) static EFFECT: Effect = Effect {
         kin: Some(Kin::of(&FAMILY)),
         edge: true,
         // Always over the brim, it is a loss about it.
-        biased: Some(Biased {
-            effect: &linear_loss::EFFECT,
-            numbers: |p| (vec![p[0]], p[0] * p[1]),
-        }),
+        biased: Some(Biased::about(&linear_loss::EFFECT)),
         ..Nature::PLAIN
     },
 };

@@ -265,9 +265,8 @@ impl<'a> Ladder<'a> {
         let random = !self.driving().forces.is_empty();
         let missing = random && self.found.undriven > self.decision.explained * self.floor();
         let nominal = &self.found.nominal;
-        let noisy = nominal.noise.is_some() && !random;
-        let told = noisy && nominal.reduced() < self.decision.explained;
-        if (all || told) && !missing { Verdict::NoMismatch } else { Verdict::Unexplained }
+        let noisy = nominal.noise.is_some() && nominal.reduced() < self.decision.explained;
+        if all && !missing || noisy && !random { Verdict::NoMismatch } else { Verdict::Unexplained }
     }
 
     /// Whether any parameter moves by more than the rounding of its nominal value.

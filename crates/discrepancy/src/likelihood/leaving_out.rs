@@ -42,14 +42,18 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn leaving_out(&self) -> Result<LeavingOut<'_, 'p>, FitError> {
-        let known = self.known();
-        let mut all = Minimisation { known, ..self.minimisation(self.windowed.clone()) };
+        let mut all = self.at_itself();
         let linearised = all.begin()?;
         Ok(LeavingOut { fit: self, filters: all.filters, linearised })
     }
 
+    /// A minimisation that begins at this fit, with what is known of its windows there.
+    pub(super) fn at_itself(&self) -> Minimisation<'p> {
+        Minimisation { known: self.known(), ..self.minimisation(self.windowed.clone()) }
+    }
+
     /// A minimisation that begins at this fit, in some of its windows.
-    pub(super) fn minimisation(&self, windowed: Windowed) -> Minimisation<'p> {
+    fn minimisation(&self, windowed: Windowed) -> Minimisation<'p> {
         let hypothesis = self.hypothesis.clone();
         let minimisation = Minimisation::new(self.problem, hypothesis, windowed, self.substeps);
         Minimisation { noise: self.noise.clone(), ..minimisation }

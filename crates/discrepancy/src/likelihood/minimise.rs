@@ -226,8 +226,7 @@ impl<'p> Minimisation<'p> {
         let blocks = self.begin()?.blocks;
         let theta = self.hypothesis.theta();
         let arrow = Arrow::new(&self.hypothesis, &blocks, &[]);
-        let step = arrow.learned(&theta, given)?;
-        let states = arrow.states(&step);
+        let (step, states) = arrow.learned_with_states(&theta, given)?;
         let moved: Vec<f64> = theta.iter().zip(step.iter()).map(|(x, step)| x + step).collect();
         self.hypothesis.set(&moved);
         self.move_states(&states);

@@ -296,22 +296,39 @@ impl<'a> Arrow<'a> {
     /// # Errors
     /// [`FitError::Singular`].
     pub fn learned(&self, theta: &[f64], given: &[(usize, f64)]) -> Result<DVector<f64>, FitError> {
+        self.whole_step(&self.reduce(theta, 0.0)?, theta, given)
+    }
+
+    /// The same, and how the states of each window follow.
+    ///
+    /// # Errors
+    /// [`FitError::Singular`].
+    pub fn learned_with_states(
+        &self,
+        theta: &[f64],
+        given: &[(usize, f64)],
+    ) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
+        let reduced = self.reduce(theta, 0.0)?;
+        let step = self.whole_step(&reduced, theta, given)?;
+        let states = reduced.windows.iter().map(|w| w.states(&step)).collect();
+        Ok((step, states))
+    }
+
+    fn whole_step(
+        &self,
+        Reduced { schur, gradient, .. }: &Reduced,
+        theta: &[f64],
+        given: &[(usize, f64)],
+    ) -> Result<DVector<f64>, FitError> {
         let free = &self.hypothesis.free;
-        let Reduced { schur, gradient, .. } = self.reduce(theta, 0.0)?;
         let mut step = DVector::zeros(free.len());
         let mut within: Vec<(f64, f64)> = self.room(theta).collect();
         for &(i, taken) in given {
             (step[i], within[i]) = (taken / free[i].sd, (0.0, 0.0));
         }
-        let pull = gradient - &schur * &step;
-        step += boxed::minimiser(&schur, &pull, &within).ok_or(FitError::Singular)?;
+        let pull = gradient - schur * &step;
+        step += boxed::minimiser(schur, &pull, &within).ok_or(FitError::Singular)?;
         Ok(DVector::from_fn(free.len(), |i, _| step[i] * free[i].sd))
-    }
-
-    /// How the states of each window follow a step of theta.
-    #[must_use]
-    pub fn states(&self, step: &DVector<f64>) -> Vec<DVector<f64>> {
-        self.blocks.iter().map(|b| b.eliminated(0.0).states(step)).collect()
     }
 
     /// Precision of theta in units of its prior, states eliminated; and that of the memories at

@@ -1,6 +1,5 @@
 //! A fit with one of its effects taken away.
 
-use super::minimise::Minimisation;
 use super::{Effort, Fit, FitError, What};
 
 impl Fit<'_> {
@@ -18,9 +17,8 @@ impl Fit<'_> {
     #[must_use]
     pub fn leapt_without(&self, k: usize, effort: Effort) -> Option<Self> {
         let given = self.to_absent(k)?;
-        let here = Minimisation { known: self.known(), ..self.minimisation(self.windowed.clone()) };
-        let (hypothesis, windowed) = here.leapt(&given).ok()?;
-        let there = Self { hypothesis, windowed, ..self.clone() };
+        let (hypothesis, windowed) = self.at_itself().leapt(&given).ok()?;
+        let there = Self { hypothesis, windowed, linearised: None, ..self.clone() };
         there.without(k, effort).ok()
     }
 

@@ -38,7 +38,7 @@ impl<'p> Search<'p> {
             }
             let found = search.begun_with(constant, calibrated, driven);
             if constant.is_none() {
-                // Where it finds nothing, it does so again.
+                // What finds nothing would find nothing again.
                 let Some(found) = &found else { break };
                 search = search.without_first_of(found);
             }

@@ -5,7 +5,6 @@
 use super::{Path, Search, chain};
 use crate::candidates::Candidate;
 use crate::likelihood::{FULL, Fit, Hypothesis, STILL};
-use lacuna_plants::model::ModelEffect;
 
 impl<'p> Search<'p> {
     /// The path with its last effect as the two that it may stand for, where these are worth their prior odds.
@@ -36,6 +35,8 @@ impl<'p> Search<'p> {
     /// force together leave what the effect itself leaves.
     fn beside_a_constant(&self, fit: &Fit<'p>) -> Option<Fit<'p>> {
         let last = fit.hypothesis.supposed().last()?;
+        // Of what has no kin nothing else can stand there.
+        last.effect.nature.biased?.effect.nature.kin?;
         let h = self.biased(&fit.hypothesis, fit.hypothesis.supposed().len() - 1)?;
         let plain = fit.refit_alike(h, STILL).ok()?;
         let k = plain.hypothesis.supposed().len() - 1;
@@ -52,10 +53,7 @@ impl<'p> Search<'p> {
         let plain = h.clone().without(h.supposed().len() - 1);
         let on = |h: Hypothesis, channel: usize| {
             let of = Candidate { effect, channel, other: None };
-            let free = !h.supposed().iter().any(|e| Candidate::of(e).excludes(&of));
-            let (parameters, std) = (parameters.clone(), vec![None; parameters.len()]);
-            let law = ModelEffect { effect, channel, other: None, parameters, std };
-            (free && self.candidates.contains(&of)).then(|| self.with(&h, law))
+            self.may_join(&h, &of).then(|| self.with(&h, of.with(parameters.clone())))
         };
         on(on(plain, between.channel)?, between.other?)
     }

@@ -508,6 +508,12 @@ impl<'p> Search<'p> {
         let scales = self.problem.scales_of(&effect);
         h.clone().with(effect, &scales)
     }
+
+    /// Whether a candidate may be named beside the effects of a hypothesis.
+    fn may_join(&self, h: &Hypothesis, candidate: &Candidate) -> bool {
+        let is_barred = h.supposed().iter().any(|e| Candidate::of(e).excludes(candidate));
+        !is_barred && self.candidates.contains(candidate)
+    }
 }
 
 /// The likelihood about the model as it is, in the longest windows that it follows: what the
@@ -557,6 +563,5 @@ fn effect_of(c: &Candidate, amplitudes: &[f64], shape: &[f64]) -> ModelEffect {
             c.effect.nature.ideal.iter().zip(amplitudes).map(|(i, a)| i + a).collect()
         }
     };
-    let std = vec![None; parameters.len()];
-    ModelEffect { effect: c.effect, channel: c.channel, other: c.other, parameters, std }
+    c.with(parameters)
 }

@@ -1,8 +1,8 @@
 //! Other ways to name what an effect does, begun from its fit: what a screening along a
 //! trajectory cannot tell apart, and laws that hold one another as special cases.
 
+use super::Search;
 use super::forward::{Tried, rank};
-use super::{Search, effect_of};
 use crate::candidates::Candidate;
 use crate::likelihood::evidence::common_temperature;
 use crate::likelihood::{Effort, FULL, Fit, Hypothesis, STILL};
@@ -64,20 +64,17 @@ impl<'p> Search<'p> {
         let Biased { effect, numbers } = fitted.effect.nature.biased?;
         let ((parameters, force), channel) = (numbers(&fitted.parameters), fitted.channel);
         let law = Candidate { effect, channel, other: None };
-        let mut constants = self.candidates.iter().filter(|c| c.is_constant());
-        let constant = constants.find(|c| c.channel == channel)?;
+        let own = |c: &&Candidate| c.is_constant() && c.channel == channel;
+        let constant = self.candidates.iter().find(own)?;
         let plain = h.clone().without(k);
-        let is_free =
-            |c: &Candidate| !plain.supposed().iter().any(|e| Candidate::of(e).excludes(c));
-        if !self.candidates.contains(&law) || !is_free(&law) {
+        if !self.may_join(&plain, &law) {
             return None;
         }
-        let (std, other) = (vec![None; parameters.len()], None);
-        let law = ModelEffect { effect, channel, other, parameters, std };
-        Some(match is_free(constant) {
-            true => self.with(&self.with(&plain, effect_of(constant, &[force], &[])), law),
-            false => self.with(&plain, law),
-        })
+        let beside = match self.may_join(&plain, constant) {
+            true => self.with(&plain, constant.with(vec![force])),
+            false => plain,
+        };
+        Some(self.with(&beside, law.with(parameters)))
     }
 
     /// Effect `k` of a fit written with the other laws of its kind that are `wanted`, each at its best.
@@ -133,11 +130,8 @@ fn siblings(fitted: &ModelEffect, search: &Search) -> Vec<ModelEffect> {
         let scales = search.problem.scales(named.effect, named.channel, named.other);
         let begun = own.effect.written_as(c.effect, &fitted.parameters, &scales);
         let again = *c == own && begun.len() == 1;
-        let (effect, other) = (c.effect, c.other);
-        begun.into_iter().filter(move |_| !again).map(move |parameters| {
-            let std = vec![None; parameters.len()];
-            ModelEffect { effect, channel: own.channel, other, parameters, std }
-        })
+        let c = *c;
+        begun.into_iter().filter(move |_| !again).map(move |parameters| c.with(parameters))
     };
     kin.flat_map(begun).collect()
 }

@@ -1,10 +1,11 @@
 //! What is found where the search begins afresh: parameters and a constant force hide it from where it began.
 
-use crate::machines::{ON_SERVO, diagnosed};
+use crate::findings::{classes, number};
+use crate::machines::{Driven, ON_SERVO, diagnosed};
 use lacuna_discrepancy::diagnosis::Verdict;
-use lacuna_excitation::{add_gaussian_noise, rng};
-use lacuna_plants::{Model, SampledInput, System, rk4};
-use lacuna_recordings::{Column, Recording};
+use lacuna_excitation::rng;
+use lacuna_plants::Model;
+use lacuna_recordings::Recording;
 use rand::RngExt;
 use std::f64::consts::TAU;
 
@@ -118,19 +119,8 @@ fn recorded(truth: &Model, run: u64) -> Recording {
     };
     let input = |k: usize| [24.0 + volts[k], (0.22 + opens[k]).clamp(0.01, 0.8)];
     let commands: Vec<f64> = (0..SAMPLES).flat_map(input).collect();
-    let effective = truth.effective_inputs(&time, &commands);
-    let input = SampledInput { times: &time, values: &effective, hold: truth.hold };
-    let system = System::new(truth);
-    let motion = rk4(&system, &[8.0, 90.0, 15.0], &input, &time, STEP / 8.0).expect("it runs");
-    let column = |name: &str, values: Vec<f64>| Column { name: name.into(), values };
-    let command = |j: usize| commands.iter().skip(j).step_by(2).copied().collect();
-    let mut columns = vec![column("V", command(0)), column("open", command(1))];
-    for (state, name, noise) in [(1, "w", 0.25), (2, "p", 0.04)] {
-        let mut values: Vec<f64> = (0..SAMPLES).map(|k| motion.state(k)[state]).collect();
-        add_gaussian_noise(&mut values, noise, &mut rng).expect("a deviation");
-        columns.push(column(name, values));
-    }
-    Recording { name: format!("run{run}"), time, columns }
+    let driven = Driven { truth, time: &time, commands: &commands, late: 0.0 };
+    driven.recorded(run, &[8.0, 90.0, 15.0], &[("w", 1, 0.25), ("p", 2, 0.04)], &mut rng)
 }
 
 /// An overflow says the most by itself, and beside it nothing says what is left; behind it is a valve that opens late and a
@@ -150,12 +140,9 @@ fn what_says_the_most_by_itself_hides_two() {
     let model = Model::from_text(PUMP, "model.toml").expect("the model is right");
     let recordings: Vec<Recording> = (0..4).map(|run| recorded(&truth, run)).collect();
     let d = diagnosed(&model, &recordings).diagnosis;
-    let of = |class: &str| d.findings.iter().find(|f| f.class == class);
-    let (Some(late), Some(leak)) = (of("dead_zone"), of("linear_loss")) else {
-        panic!("{:?}", d.findings.iter().map(|f| &f.says).collect::<Vec<_>>())
-    };
-    assert_eq!(d.findings.len(), 2);
-    let (width, rate) = (late.parameters["half_width"].value, leak.parameters["rate"].value);
-    assert!((width / WIDTH - 1.0).abs() < 0.02, "{}", late.says);
-    assert!((rate / LEAK - 1.0).abs() < 0.02, "{}", leak.says);
+    assert_eq!(classes(&d), ["dead_zone", "linear_loss"]);
+    let width = number(&d, "dead_zone", "half_width");
+    let rate = number(&d, "linear_loss", "rate");
+    assert!((width / WIDTH - 1.0).abs() < 0.02, "{width}");
+    assert!((rate / LEAK - 1.0).abs() < 0.02, "{rate}");
 }

@@ -1,6 +1,7 @@
 //! Beyond single force laws: sensors, learned curves, hidden states, held-out recordings that
 //! speak against an effect, experiments that tell rivals apart.
 
+use crate::findings::classes;
 use crate::machines::{
     Bench, ON_CARRIAGE, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed, held_upright, inverted,
 };
@@ -297,7 +298,7 @@ fn a_search_that_is_out_of_time_is_proved_and_told() {
     };
     for millis in [0, 40, 150, 400, 1000] {
         let d = within(Duration::from_millis(millis));
-        let named: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
+        let named = classes(&d);
         let late = d.notes.iter().any(|n| n.starts_with("The time budget of"));
         assert!(late || named == ["cubic_stiffness"], "{millis} ms: {named:?}");
         assert!(named.is_empty() || named == ["cubic_stiffness"], "{millis} ms: {named:?}");

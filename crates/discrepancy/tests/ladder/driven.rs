@@ -1,6 +1,7 @@
 //! Machines that are driven by more than what was recorded, and states that nobody measures.
 
-use crate::machines::{Bench, ON_PENDULUM, ON_TWO_MASS, diagnosed};
+use crate::findings::classes;
+use crate::machines::{Bench, Driven, ON_PENDULUM, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnose::{Options, diagnose, split};
 use lacuna_discrepancy::diagnosis::{ProofOutcome, Verdict};
 use lacuna_discrepancy::likelihood::{
@@ -8,7 +9,7 @@ use lacuna_discrepancy::likelihood::{
 };
 use lacuna_discrepancy::{Dataset, Watch};
 use lacuna_excitation::{SinusoidRanges, SumOfSinusoids, add_gaussian_noise, rng};
-use lacuna_plants::{Model, SampledInput, System, integrate::rk4_sampled, rk4};
+use lacuna_plants::{Model, System, integrate::rk4_sampled};
 use lacuna_recordings::{Column, Recording};
 use nalgebra::{DMatrix, DVector};
 use std::sync::atomic::AtomicBool;
@@ -208,8 +209,7 @@ fn numbers_beside_noisy_inputs_know_of_the_noise() {
     let clean = (0..4).map(|run| driven_at_random(&truth, run)).collect();
     let (recordings, sd) = with_noisy_input(clean, 0.05, 938);
     let d = diagnosed(&model, &recordings).diagnosis;
-    let found: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
-    assert_eq!(found, ["cubic_stiffness"]);
+    assert_eq!(classes(&d), ["cubic_stiffness"]);
     let noise = d.driving.inputs.get("tau").expect("noise on the input is told");
     assert!((noise.std / sd - 1.0).abs() < 0.1, "{noise:?}, {sd}");
     let stiffness = &d.findings[0].parameters["stiffness"];
@@ -286,17 +286,8 @@ fn of_what_turns_its_speed_is_enough() {
         };
         let drive = SumOfSinusoids::random(&mut rng, 1, 4, &ranges).expect("ranges");
         let u = drive.sample(&time);
-        let input = SampledInput { times: &time, values: &u, hold: truth.hold };
-        let system = System::new(&truth);
-        let motion = rk4(&system, &[0.1, 0.0, 0.0, 5.0], &input, &time, STEP / 8.0);
-        let motion = motion.expect("it does not diverge");
-        let mut columns = vec![Column { name: "u".into(), values: u }];
-        for (name, state, noise) in [("q", 0, 1e-3), ("w", 3, 0.05)] {
-            let mut values: Vec<f64> = (0..time.len()).map(|k| motion.state(k)[state]).collect();
-            add_gaussian_noise(&mut values, noise, &mut rng).expect("a deviation");
-            columns.push(Column { name: name.into(), values });
-        }
-        Recording { name: format!("run{run}"), time, columns }
+        let driven = Driven { truth: &truth, time: &time, commands: &u, late: 0.0 };
+        driven.recorded(run, &[0.1, 0.0, 0.0, 5.0], &[("q", 0, 1e-3), ("w", 3, 0.05)], &mut rng)
     };
     let d = diagnosed(&model, &(0..3).map(one).collect::<Vec<_>>()).diagnosis;
     assert_eq!(d.findings.len(), 1);

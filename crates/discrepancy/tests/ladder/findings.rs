@@ -13,6 +13,19 @@ pub fn conceal(bench: Bench, seed: u64, effect: &str) -> Diagnosis {
     diagnosed(&bench.model(), &recordings).diagnosis
 }
 
+/// The classes of all findings, by name.
+pub fn classes(d: &Diagnosis) -> Vec<&str> {
+    let mut all: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
+    all.sort_unstable();
+    all
+}
+
+/// A parameter of the finding of a class.
+pub fn number(d: &Diagnosis, class: &str, name: &str) -> f64 {
+    let finding = d.findings.iter().find(|f| f.class == class).expect("it was found");
+    finding.parameters[name].value
+}
+
 /// The first finding is `class` on `channel` with these parameters, and the augmented model
 /// predicts the held-out recordings down to the noise.
 pub fn names(d: &Diagnosis, class: &str, channel: &str, parameters: &[(&str, f64)]) {
@@ -208,9 +221,7 @@ force = ["u - k*y - d*dy"]
     let bench =
         Bench { text: SPRING, samples: 2000, amplitude, frequency, noise: 1e-4, ..ON_PENDULUM };
     let d = conceal(bench, 31, &LAWS.iter().map(effect).collect::<String>());
-    let mut found: Vec<&str> = d.findings.iter().map(|f| &*f.class).collect();
-    found.sort_unstable();
-    assert_eq!(found, LAWS.map(|l| l.0));
+    assert_eq!(classes(&d), LAWS.map(|l| l.0));
     for (class, name, truth) in LAWS {
         let f = d.findings.iter().find(|f| f.class == class).expect("it is found");
         assert!(is_right(&f.parameters[name], truth), "{class}: {:?}, truth {truth}", f.parameters);

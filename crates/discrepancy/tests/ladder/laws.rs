@@ -1,6 +1,6 @@
 //! Laws that stand beside simpler ones: each is named where it acts, with its size.
 
-use crate::findings::{conceal, names};
+use crate::findings::{classes, conceal, names, number};
 use crate::machines::{Bench, ON_CARRIAGE, ON_PENDULUM, ON_TANKS, ON_TWO_MASS, diagnosed};
 use lacuna_discrepancy::diagnosis::Verdict;
 use lacuna_excitation::{add_gaussian_noise, rng};
@@ -49,15 +49,9 @@ fn a_spring_about_a_point() {
         let spring = effect("linear_stiffness", "x", &format!("stiffness = {stiffness:.1}\n"));
         let rest = effect("constant_force", "x", &format!("force = {:.2}\n", stiffness * point));
         let d = conceal(ON_CARRIAGE, seed, &(spring + &rest));
-        let mut found: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
-        found.sort_unstable();
-        assert_eq!(found, ["constant_force", "linear_stiffness"], "{seed}");
-        let value = |class: &str, name: &str| {
-            let finding = d.findings.iter().find(|f| f.class == class).expect("it was found");
-            finding.parameters[name].value
-        };
-        let spring = value("linear_stiffness", "stiffness");
-        let rest = value("constant_force", "force") / spring;
+        assert_eq!(classes(&d), ["constant_force", "linear_stiffness"], "{seed}");
+        let spring = number(&d, "linear_stiffness", "stiffness");
+        let rest = number(&d, "constant_force", "force") / spring;
         assert!((spring / stiffness - 1.0).abs() < 0.01, "{seed}: {spring}");
         assert!((rest - point).abs() < 0.01, "{seed}: {rest}");
     }
@@ -75,15 +69,12 @@ fn friction_with_a_peak_on_a_slope() {
         );
         let slope = effect("constant_force", "x", "force = -0.15\n");
         let d = conceal(ON_CARRIAGE, seed, &(friction + &slope));
-        let mut found: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
-        found.sort_unstable();
-        assert_eq!(found, ["constant_force", "stribeck_friction"], "{seed}");
+        assert_eq!(classes(&d), ["constant_force", "stribeck_friction"], "{seed}");
         for (class, name, truth) in
             [("constant_force", "force", -0.15), ("stribeck_friction", "static", 0.5)]
         {
-            let finding = d.findings.iter().find(|f| f.class == class).expect("it was found");
-            let value = finding.parameters[name].value;
-            assert!((value / truth - 1.0).abs() < 0.1, "{seed}: {}", finding.says);
+            let value = number(&d, class, name);
+            assert!((value / truth - 1.0).abs() < 0.1, "{seed}: {class} {name} {value}");
         }
     }
 }
@@ -186,8 +177,7 @@ fn a_formula_is_not_spelled_in_three_laws() {
     let (bench, truth) = beside_a_spring(ON_PENDULUM.text, "0.5*q/(1+abs(q)/0.3)");
     for seed in [340, 343] {
         let d = diagnosed(&bench.model(), &bench.record(&truth, seed, 3)).diagnosis;
-        let found: Vec<_> = d.findings.iter().map(|f| f.class.as_str()).collect();
-        assert_eq!(found, ["cubic_stiffness"], "seed {seed}");
+        assert_eq!(classes(&d), ["cubic_stiffness"], "seed {seed}");
         let fit = &d.fit.held_out["q"];
         assert!(fit.rmse_after < 0.1 * fit.rmse_before, "seed {seed}: {fit:?}");
     }
@@ -311,8 +301,7 @@ fn bristles_that_bend_before_they_slip() {
 fn springs_that_slip_one_after_the_other() {
     let truth = effect("maxwell_slip", "q", "coulomb = 0.08\ntravel = 0.12");
     let d = conceal(ON_PENDULUM, 310, &truth);
-    let classes: Vec<_> = d.findings.iter().map(|f| f.class.as_str()).collect();
-    assert_eq!(classes, ["maxwell_slip"]);
+    assert_eq!(classes(&d), ["maxwell_slip"]);
     for (name, truth) in [("coulomb", 0.08), ("travel", 0.12)] {
         let found = &d.findings[0].parameters[name];
         assert!((found.value / truth - 1.0).abs() < 0.02, "{name}: {found:?}");

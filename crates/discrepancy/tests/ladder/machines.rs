@@ -237,26 +237,58 @@ impl Bench {
         (commands, rng): (Vec<f64>, &mut impl Rng),
         late: f64,
     ) -> Recording {
-        let time = self.times();
-        let effective = truth.effective_inputs(&time, &commands);
+        let mut start = vec![0.0; truth.machine_states()];
+        let mut sensors = vec![];
+        for channel in 0..truth.channels() {
+            let state = truth.coordinate_index(channel);
+            start[state] = self.start;
+            sensors.push((truth.channel_name(channel), state, self.noise));
+        }
+        let driven = Driven { truth, time: &self.times(), commands: &commands, late };
+        driven.recorded(run, &start, &sensors, rng)
+    }
+}
+
+/// A machine and what drives it.
+pub struct Driven<'a> {
+    pub truth: &'a Model,
+    /// From 0 on, evenly spaced.
+    pub time: &'a [f64],
+    /// Commands to all inputs, sample by sample.
+    pub commands: &'a [f64],
+    /// By how much they arrive late.
+    pub late: f64,
+}
+
+impl Driven<'_> {
+    /// What is recorded of it where it begins at `start`: commands, and of each sensor the column, the entry of the state
+    /// and the standard deviation of the noise.
+    pub fn recorded(
+        &self,
+        run: u64,
+        start: &[f64],
+        sensors: &[(&str, usize, f64)],
+        rng: &mut impl Rng,
+    ) -> Recording {
+        let Self { truth, time, commands, late } = *self;
+        let effective = truth.effective_inputs(time, commands);
         // A command that arrives late jumps between the samples of the sensors.
         let arrival: Vec<f64> = time.iter().map(|t| t + late).collect();
         let input = SampledInput { times: &arrival, values: &effective, hold: truth.hold };
-        let mut start = vec![0.0; truth.machine_states()];
-        for channel in 0..truth.channels() {
-            start[truth.coordinate_index(channel)] = self.start;
-        }
         let system = System::new(truth);
-        let motion = rk4(&system, &system.at_rest(&start), &input, &time, self.step / 8.0)
+        let motion = rk4(&system, &system.at_rest(start), &input, time, time[1] / 8.0)
             .expect("the machine does not diverge");
-        let mut columns = vec![Column { name: truth.inputs[0].name.clone(), values: commands }];
-        for channel in 0..truth.channels() {
-            let state = truth.coordinate_index(channel);
+        let command = |j: usize| commands.iter().skip(j).step_by(truth.inputs.len()).copied();
+        let inputs = truth.inputs.iter().enumerate();
+        let mut columns: Vec<Column> = inputs
+            .map(|(j, input)| Column { name: input.name.clone(), values: command(j).collect() })
+            .collect();
+        for &(name, state, noise) in sensors {
             let mut values: Vec<f64> = (0..time.len()).map(|k| motion.state(k)[state]).collect();
-            add_gaussian_noise(&mut values, self.noise, rng).expect("a deviation");
-            columns.push(Column { name: truth.channel_name(channel).to_owned(), values });
+            add_gaussian_noise(&mut values, noise, rng).expect("a deviation");
+            columns.push(Column { name: name.to_owned(), values });
         }
-        Recording { name: format!("run{run}"), time, columns }
+        Recording { name: format!("run{run}"), time: time.to_vec(), columns }
     }
 }
 

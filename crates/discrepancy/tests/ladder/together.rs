@@ -1,5 +1,6 @@
 //! Laws that are right only together.
 
+use crate::findings::classes;
 use crate::machines::{Bench, ON_PENDULUM, diagnosed};
 use lacuna_discrepancy::diagnosis::{Finding, Verdict};
 
@@ -53,9 +54,7 @@ fn two_laws_are_found_where_one_with_more_freedom_comes_near_both() {
                  [[effect]]\nclass = \"constant_force\"\nchannel = \"q\"\nforce = 0.05";
     let d = diagnosed(&BENCH.model(), &BENCH.record(&BENCH.truth(truth), 101, 4)).diagnosis;
     assert_eq!(d.verdict, Verdict::MissingPhysics);
-    let mut found: Vec<&str> = d.findings.iter().map(|f| f.class.as_str()).collect();
-    found.sort_unstable();
-    assert_eq!(found, ["constant_force", "cubic_stiffness"]);
+    assert_eq!(classes(&d), ["constant_force", "cubic_stiffness"]);
     let near = |class: &str, name: &str, value: f64| {
         let f: Vec<&Finding> = d.findings.iter().filter(|f| f.class == class).collect();
         let e = &f[0].parameters[name];
