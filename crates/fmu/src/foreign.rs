@@ -5,6 +5,7 @@
 //! them and that outlive the call; an instance is used by one thread ([`Instance`] is not `Send`), and not
 //! after it was freed, nor once the library is unloaded, which it keeps loaded. What a broken library does
 //! to memory ends with the process that it is called in ([`crate::serve`]).
+#![allow(unsafe_code)]
 
 use crate::{Description, Version};
 use libloading::Library;
