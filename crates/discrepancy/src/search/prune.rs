@@ -2,12 +2,13 @@
 //! question whether the catalogue holds what is there at all.
 
 use super::driven::Quieted;
-use super::forward::{Look, rank, says_alike, settles};
+use super::forward::{Look, Tried, rank, says_alike, settles};
 use super::{MOST_EFFECTS, Named, Once, Path, Rival, Search, chain, untried};
 use crate::candidates::Candidate;
 use crate::decision::Decision;
 use crate::likelihood::{FULL, Fit, QUICK};
 use crate::screen::Screen;
+use rayon::prelude::*;
 
 impl<'p> Search<'p> {
     /// Take away what is not missed; replace what something else does better.
@@ -128,7 +129,15 @@ impl<'p> Search<'p> {
         shortlist.retain(|s| s.term.candidate != own);
         shortlist.truncate(3);
         let holder = (own, &path.fit.hypothesis);
-        let mut tried = self.fit_instead((without, &short), &shortlist, Some(holder));
+        let tried = self.fit_instead((without, &short), &shortlist, Some(holder));
+        // What stalled on its way is judged where it arrives, if it may still win.
+        let temperature = path.fit.temperature();
+        let own_evidence = path.fit.log_evidence(temperature);
+        let arrived = |t: Tried<'p>| match t.fit.hope(temperature) > own_evidence {
+            true => Tried::new(t.candidate, chain::polish(t.fit)),
+            false => t,
+        };
+        let mut tried: Vec<Tried> = tried.into_par_iter().map(arrived).collect();
         rank(&mut tried);
         let Some(best) = tried.into_iter().next() else { return false };
         let lead = best.fit.gain_over(&path.fit);
