@@ -7,6 +7,7 @@ mod robot;
 
 pub use robot::{Joint, Robot};
 
+use crate::conventions::Otherwise;
 use lacuna_plants::Substeps;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -26,6 +27,9 @@ pub struct Diagnosis {
     pub robot: Option<Robot>,
     /// What is the matter.
     pub verdict: Verdict,
+    /// How the recordings seem to be meant, where they are not as the model reads them: nothing is named then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub otherwise: Option<Otherwise>,
     /// The missing physics, the most important first.
     pub findings: Vec<Finding>,
     /// How well the formulas of the findings fit, whatever their names; none without findings.

@@ -33,6 +33,7 @@
 mod against;
 pub mod candidates;
 pub mod colour;
+pub mod conventions;
 pub mod dataset;
 pub mod decision;
 pub mod diagnose;

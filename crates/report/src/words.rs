@@ -2,6 +2,7 @@
 
 use crate::joints::{self, Kind};
 use crate::number::{change, diverged, estimate, given, percent, plain, ratio};
+use lacuna_discrepancy::conventions::Otherwise;
 use lacuna_discrepancy::diagnosis::{
     Calibration, ChannelFit, Diagnosis, Estimate, Experiment, Finding, FormulaFit, ProofOutcome,
     Verdict,
@@ -45,6 +46,9 @@ pub fn headline(d: &Diagnosis) -> String {
         Verdict::MissingPhysics => format!("Missing from {}: {}", d.model, list(&named(d, false))),
         Verdict::SensorFault if d.findings.is_empty() => "A sensor is wrong".to_owned(),
         Verdict::SensorFault => format!("A sensor is wrong: {}", list(&named(d, false))),
+        Verdict::Unexplained if d.otherwise.is_some() => {
+            format!("The recordings may not be what {} reads them as", d.model)
+        }
         Verdict::Unexplained if d.proof == ProofOutcome::Worse => {
             format!("{} is wrong, and what fits best failed the proof", d.model)
         }
@@ -56,6 +60,9 @@ pub fn headline(d: &Diagnosis) -> String {
 #[must_use]
 pub fn verdict(d: &Diagnosis) -> String {
     let model = &d.model;
+    if let Some(otherwise) = &d.otherwise {
+        return format!("{}: {}", headline(d), read_otherwise(otherwise));
+    }
     let (start, link) = match d.verdict {
         Verdict::NoMismatch if leaves_more_than_noise(d) => (headline(d), ": "),
         Verdict::NoMismatch => (format!("{model} explains the recordings down to the noise"), ": "),
@@ -93,6 +100,22 @@ pub fn verdict(d: &Diagnosis) -> String {
         None => format!("{start}; no recording was held out to prove it."),
     };
     said + &joints::left_out(d).map_or_else(String::new, |words| format!(" {words}"))
+}
+
+/// How recordings seem to be meant, and what to do.
+fn read_otherwise(o: &Otherwise) -> String {
+    let leaves = |error: f64| format!("{} times the noise", plain(error, ""));
+    let found = o.found_leaves.map_or_else(
+        || "nothing that was looked for follows them as far".to_owned(),
+        |error| format!("all that was looked for leaves {}", leaves(error)),
+    );
+    format!(
+        "with {}, it leaves {} over {}; as they are, {found}. Correct the recordings, their units or the \
+         model, and diagnose again: nothing is named in the wrong numbers.",
+        o.with.join(", or with "),
+        leaves(o.leaves),
+        plain(o.window_s, "s"),
+    )
 }
 
 /// Whether an error on held-out recordings is more than the noise that shows from sample to sample.

@@ -11,6 +11,7 @@ mod split;
 mod stretches;
 
 use crate::DiagnoseError;
+use crate::conventions::otherwise;
 use crate::dataset::{Dataset, Observed};
 use crate::decision::Decision;
 use crate::diagnosis::Diagnosis;
@@ -106,15 +107,19 @@ pub fn diagnose(
     let problem = Problem::new(model, training)?.watched_by(watch);
     let (decision, scope) = (options.decision, &options.scope);
     let search = Search::new(&problem, decision, scope, watch);
-    let found = match stretches::stretches(training) {
+    let part = stretches::stretches(training);
+    let part = part.as_ref().map(|part| Problem::new(model, part)).transpose()?;
+    let part = part.map(|part| part.watched_by(watch));
+    let found = match &part {
         None => search.run(options.learn_remainder)?,
         Some(part) => {
-            let part = Problem::new(model, &part)?.watched_by(watch);
-            search.run_in(&Search::new(&part, decision, scope, watch), options.learn_remainder)?
+            search.run_in(&Search::new(part, decision, scope, watch), options.learn_remainder)?
         }
     };
+    let otherwise = otherwise(part.as_ref().unwrap_or(&problem), &found.chosen, decision, watch);
+    let found = if otherwise.is_some() { found.withheld() } else { found };
     watch.tell("proving on held-out recordings");
-    let mut outcome = Ladder::new(&problem, held_out, decision, found).outcome();
+    let mut outcome = Ladder::new(&problem, held_out, decision, found, otherwise).outcome();
     outcome.diagnosis.notes.extend(options.notes().into_iter().chain(watch.note()));
     if watch.is_cancelled() {
         return Err(DiagnoseError::Cancelled);

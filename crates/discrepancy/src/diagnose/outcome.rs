@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use super::proof::{Proved, Proving};
+use crate::conventions::Otherwise;
 use crate::dataset::{Dataset, Observed, clean, lost};
 use crate::decision::Decision;
 use crate::diagnosis::{
@@ -29,6 +30,8 @@ pub(super) struct Ladder<'a> {
     pub held_out: &'a Dataset,
     pub decision: Decision,
     pub found: Found<'a>,
+    /// How the recordings seem to be meant, where that says more than what was found.
+    pub otherwise: Option<Otherwise>,
     /// The new effects, with standard deviations.
     pub effects: Vec<ModelEffect>,
     /// Standard deviations of the model's parameters.
@@ -52,6 +55,7 @@ impl<'a> Ladder<'a> {
         held_out: &'a Dataset,
         decision: Decision,
         found: Found<'a>,
+        otherwise: Option<Otherwise>,
     ) -> Self {
         let chosen = &found.chosen;
         // What is correlated over c samples is worth one in c of them.
@@ -59,7 +63,16 @@ impl<'a> Ladder<'a> {
         let effects = chosen.effects(temperature).split_off(chosen.hypothesis.own);
         let parameter_std = chosen.parameter_std(temperature);
         let parameter_at_bound = chosen.parameters_at_bound();
-        Self { problem, held_out, decision, found, effects, parameter_std, parameter_at_bound }
+        Self {
+            problem,
+            held_out,
+            decision,
+            found,
+            otherwise,
+            effects,
+            parameter_std,
+            parameter_at_bound,
+        }
     }
 
     /// Decide, then open the recordings that are held out, then tell both.
@@ -101,6 +114,7 @@ impl<'a> Ladder<'a> {
             model: self.problem.model.name.clone(),
             robot: Robot::of(self.problem.model),
             verdict,
+            otherwise: self.otherwise.clone(),
             location: self.location(&missing, &findings),
             formula: (!findings.is_empty()).then(|| self.formula()),
             findings,
@@ -172,7 +186,7 @@ impl<'a> Ladder<'a> {
     fn notes(&self, verdict: Verdict) -> Vec<String> {
         let model = self.problem.model;
         let mut notes = model.assumptions.clone();
-        if verdict == Verdict::Unexplained {
+        if verdict == Verdict::Unexplained && self.otherwise.is_none() {
             notes.push(
                 "No effect of the catalogue explains what is left; the location tells in which channel."
                     .to_owned(),
@@ -205,6 +219,9 @@ impl<'a> Ladder<'a> {
     /// What the training recordings say.
     fn verdict(&self) -> Verdict {
         let (found, decision) = (&self.found, &self.decision);
+        if self.otherwise.is_some() {
+            return Verdict::Unexplained;
+        }
         if !found.named.is_empty() {
             return match self.names_sensors_alone() {
                 true if self.doubts_sensors() => Verdict::Unexplained,

@@ -95,6 +95,15 @@ pub struct Found<'p> {
     pub named: Vec<Named>,
 }
 
+impl Found<'_> {
+    /// The same with nothing found: what was looked for in the wrong numbers.
+    #[must_use]
+    pub fn withheld(self) -> Self {
+        let (calibrated, chosen) = (self.nominal.clone(), self.nominal.clone());
+        Self { calibrated, chosen, promise: f64::INFINITY, coloured: false, named: vec![], ..self }
+    }
+}
+
 /// An effect with what speaks for it.
 #[derive(Clone, Debug)]
 pub struct Named {

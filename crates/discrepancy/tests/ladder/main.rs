@@ -2,6 +2,7 @@
 
 mod afresh;
 mod beyond;
+mod conventions;
 mod driven;
 mod errors;
 mod evidence;

@@ -106,6 +106,7 @@ pub fn missing() -> Diagnosis {
         model: "emps".into(),
         robot: None,
         verdict: Verdict::MissingPhysics,
+        otherwise: None,
         findings: vec![finding],
         formula: Some(FormulaFit { left: 0.031, residual_over_noise: 1.43 }),
         calibration: map([

@@ -1,6 +1,7 @@
 //! The terminal summary says all that matters in lines that fit.
 
 use crate::cases::{missing, null, two_findings, unexplained};
+use lacuna_discrepancy::conventions::Otherwise;
 use lacuna_discrepancy::diagnosis::{FormulaFit, RandomForce, Verdict};
 use lacuna_report::summary;
 
@@ -51,6 +52,27 @@ fn what_a_formula_leaves_is_told_beside_the_probability_of_its_class() {
     let two = summary(&two_findings(), false);
     assert!(two.contains("The formulas are nearly right: they leave 3 %"), "{two}");
     assert!(!summary(&null(), false).contains("formula"));
+}
+
+#[test]
+fn recordings_that_may_be_read_otherwise_are_told_before_anything_else() {
+    let mut d = unexplained();
+    let with = ["the sign of tau reversed", "the sign of q reversed"].map(str::to_owned).to_vec();
+    d.otherwise = Some(Otherwise { with, leaves: 1.2, found_leaves: Some(65.4), window_s: 3.75 });
+    let told = |d: &_| summary(d, false).split_whitespace().collect::<Vec<_>>().join(" ");
+    let text = told(&d);
+    assert!(
+        text.starts_with(&format!("The recordings may not be what {} reads them as", d.model)),
+        "{text}"
+    );
+    for words in [
+        "with the sign of tau reversed, or with the sign of q reversed, it leaves 1.20 times the noise over 3.75 s",
+        "as they are, all that was looked for leaves 65.4 times the noise",
+    ] {
+        assert!(text.contains(words), "{words} in\n{text}");
+    }
+    d.otherwise.as_mut().unwrap().found_leaves = None;
+    assert!(told(&d).contains("nothing that was looked for follows them as far"));
 }
 
 #[test]
