@@ -3,8 +3,8 @@
 //!
 //! Such a mistake is no physics, and yet the catalogue has something to offer in its place, however much that leaves.
 //! Where a search leaves more than noise, the model as it was given is fitted to the recordings read otherwise, one
-//! mistake at a time: over the stretch that moves most, those that take away most of what it leaves there
-//! over all that was searched. What follows the recordings further, or leaves less, than all that was found is told in
+//! mistake at a time: over the stretch that moves most, and those that leave there no more than a share of what all that was
+//! found leaves, over all that was searched. What follows the recordings further, or leaves less, than all that was found is told in
 //! its place: nothing is named then, since it was looked for in the wrong numbers.
 
 mod reading;
@@ -67,7 +67,8 @@ pub(crate) fn otherwise(
     watch.tell("reading the recordings otherwise");
     let Problem { model, dataset, .. } = *problem;
     let share = 1.0 - decision.further_share;
-    let tried = shortlist(model, dataset, share, watch);
+    let own = [Hypothesis::of(model), chosen.hypothesis.clone()];
+    let tried = shortlist((model, dataset), &own, share, watch);
     let read = |reading: Reading| {
         let followed = follow(model, &reading.of(dataset), Hypothesis::of(model), decision, watch)?;
         Some((reading, followed))
@@ -75,7 +76,6 @@ pub(crate) fn otherwise(
     let mut tried: Vec<_> = tried.into_par_iter().filter_map(read).collect();
     tried.sort_by(|(_, a), (_, b)| a.level.cmp(&b.level).then(a.reduced.total_cmp(&b.reduced)));
     let (_, best) = *tried.first()?;
-    let own = [Hypothesis::of(model), chosen.hypothesis.clone()];
     let own = own.into_par_iter().map(|h| follow(model, dataset, h, decision, watch));
     let own: Vec<_> = own.flatten().collect();
     if watch.is_late() || !own.iter().all(|own| best.beats(*own, share)) {
@@ -101,22 +101,37 @@ fn explains(fit: &Fit, decision: Decision) -> bool {
     !pushed && fit.reduced() < decision.explained
 }
 
-/// The readings in which the model leaves least over the stretch that moves most, of those that take away most of what it
-/// leaves there.
-fn shortlist(model: &Model, dataset: &Dataset, share: f64, watch: &Watch) -> Vec<Reading> {
+/// The readings in which the model leaves least over the stretch that moves most, of those that leave no more than a share of
+/// what all of `own` leave there.
+fn shortlist(
+    (model, dataset): (&Model, &Dataset),
+    own: &[Hypothesis],
+    share: f64,
+    watch: &Watch,
+) -> Vec<Reading> {
     let Some(stretch) = liveliest(dataset) else { return vec![] };
-    let Ok(as_is) = left(model, &stretch, watch) else { return vec![] };
-    let read = |reading: Reading| Some((left(model, &reading.of(&stretch), watch).ok()?, reading));
+    let as_is = |h: &Hypothesis| left(model, &stretch, h.clone(), watch);
+    let Ok(as_is) = own.par_iter().map(as_is).collect::<Result<Vec<_>, _>>() else { return vec![] };
+    let as_is = as_is.into_iter().fold(f64::INFINITY, f64::min);
+    let read = |reading: Reading| {
+        let read = reading.of(&stretch);
+        Some((left(model, &read, Hypothesis::of(model), watch).ok()?, reading))
+    };
     let mut all: Vec<_> = readings(model, dataset).into_par_iter().filter_map(read).collect();
     all.retain(|(left, _)| *left <= share * as_is);
     all.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     all.into_iter().take(SHORTLIST).map(|(_, reading)| reading).collect()
 }
 
-/// What the model leaves in short windows with its parameters as they are.
-fn left(model: &Model, dataset: &Dataset, watch: &Watch) -> Result<f64, DiagnoseError> {
+/// What a hypothesis leaves in short windows with its parameters as they are.
+fn left(
+    model: &Model,
+    dataset: &Dataset,
+    h: Hypothesis,
+    watch: &Watch,
+) -> Result<f64, DiagnoseError> {
     let problem = Problem::new(model, dataset)?.watched_by(watch);
-    let fit = Fit::begin(&problem, Hypothesis::of(model).held(), first_level(dataset));
+    let fit = Fit::begin(&problem, h.held(), first_level(dataset));
     Ok(fit.map_or(f64::INFINITY, |fit| fit.reduced()))
 }
 
