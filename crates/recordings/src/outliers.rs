@@ -21,17 +21,25 @@
 //!    speed and at its acceleration. The corner of an impact, a step of a velocity and a sample
 //!    that was taken early or late lie between these;
 //! 4. it stands alone, or as one of two whose first and last step are larger than those of the
-//!    motion: of all steps of the channel, less than one in a window is so large.
+//!    motion: of all steps of the channel, less than one in a window is so large;
+//! 5. where a recording or a piece of it begins or ends, with fewer than three neighbours on a side:
+//!    its steps are more than five times as large as all those of the neighbours and of the channel
+//!    away from its ends. There is one side only for 3. to ask, and the other may be a motion.
+//!
+//! A side with fewer than ten neighbours has the other one make up for them, so that the polynomial
+//! is a prediction from within at the ends.
 //!
 //! sigma is the noise of the channel, at least the local scale (a normalised median) of the
 //! deviations before the sample and after it: where the motion is too fast for the sampling, the
-//! deviations are as large all around and nothing is marked. Marked samples are left out, noise
-//! and scale are computed again, until the marks stay the same.
+//! deviations are as large all around and nothing is marked. A side that is mostly the sample's own
+//! neighbours says nothing: what predicts them is off where the sample is. Marked samples are left
+//! out, noise and scale are computed again, until the marks stay the same.
 //!
 //! More than three in a window of 21 samples are no glitches and never marked; where more than one
 //! sample in a window is off, on average, none is. A pulse of one or two samples that leaves no
 //! trace before and after cannot be told from a glitch: a velocity that slips for less than two
-//! samples is sampled too slowly.
+//! samples is sampled too slowly. Nor can a beginning that is over after one or two samples, of a
+//! channel that never moves as fast again: a lag begins so if it is shorter than 0.6 samples.
 //!
 //! | on paper | in code |
 //! | --- | --- |
@@ -53,10 +61,13 @@ const REACH: usize = 10;
 const WINDOW: usize = 2 * REACH + 1;
 /// Degree of the motion: as the differences of sixth order that the noise is estimated from.
 const DEGREE: usize = 5;
-/// Fewest neighbours: the three before the fourth sample of a recording, and all after it.
+/// Fewest neighbours: more than two for each coefficient of the polynomial.
 const FEWEST: usize = FEWEST_BESIDE + REACH;
-/// Fewest neighbours on a side: from fewer, it has no acceleration.
+/// Fewest neighbours on a side: from fewer, it has no acceleration, and the sample is at an end.
 const FEWEST_BESIDE: usize = 3;
+/// Times by which the steps of an outlier at an end exceed all others. The steps of a lag of tau
+/// samples fall by exp(1 / tau): one whose first step is so large is over before the next sample.
+const LEAP_AT_END: f64 = 5.0;
 /// Most outliers of a window: one sample in seven. With more, the rest is not most of a motion.
 const MOST_TOGETHER: usize = 3;
 /// Most outliers in a row. Independent ones hardly ever are three in a row; the answer of a drive
@@ -73,6 +84,9 @@ const UPPER_SD: f64 = 3.09;
 /// Samples on either side that the local scale is the median of: four windows on either side, so
 /// that it takes several outliers to move it.
 const SURROUNDINGS: usize = 4 * WINDOW;
+/// Fewest of these for the scale of a side, where the other has more: at an end an outlier is a
+/// neighbour of twice [`REACH`], and these must not be most of them.
+const FEWEST_AROUND: usize = 2 * WINDOW;
 /// Deviations below this share of the largest value are rounding of whoever computed them.
 const ROUNDING: f64 = 1e-7;
 /// Times that marks and noise are computed anew. Each time the noise is nearer the truth; marks
@@ -90,8 +104,7 @@ pub struct Outliers {
 
 /// The outliers of one channel over several recordings, each `(time, values)`, and the noise
 /// without them; NaN values are missing samples. Module documentation tells how; the work is
-/// linear in the number of samples. Samples with fewer than three neighbours on a side are never
-/// marked.
+/// linear in the number of samples.
 ///
 /// # Errors
 /// As [`estimate_noise_pooled`].
@@ -104,7 +117,9 @@ pub fn find_outliers(recordings: &[(&[f64], &[f64])]) -> Result<Outliers, Signal
     let (resolution, step) = (resolution(recordings), usual_step(recordings));
     for _ in 0..ROUNDS {
         let quantum = noise.quantum.unwrap_or(0.0).max(resolution);
-        let expected = Expected { sd: least_sd(&all, noise.sd, quantum), limit, quantum, step };
+        let largest = all.iter().map(Series::largest_step).fold(0.0, f64::max);
+        let sd = least_sd(&all, noise.sd, quantum);
+        let expected = Expected { sd, limit, quantum, step, largest };
         let mut rows: Vec<_> =
             all.iter().map(|series| isolated(series.outliers(expected))).collect();
         if rows.iter().map(Vec::len).sum::<usize>() * WINDOW > samples {
@@ -259,6 +274,19 @@ impl<'a> Series<'a> {
         suspects.into_iter().filter(is_outlier).collect()
     }
 
+    /// The largest step of what is left between samples that are at no end.
+    fn largest_step(&self) -> f64 {
+        let inner: Vec<bool> = (0..self.values.len()).map(|row| !self.is_at_end(row)).collect();
+        let steps = self.clean.windows(2).zip(inner.windows(2));
+        let steps = steps.filter(|(_, inner)| inner[0] && inner[1]);
+        steps.map(|(pair, _)| (pair[1] - pair[0]).abs()).fold(0.0, f64::max)
+    }
+
+    fn is_at_end(&self, row: usize) -> bool {
+        let (before, after) = self.beside(&self.left, row);
+        before.len().min(after.len()) < FEWEST_BESIDE
+    }
+
     /// Standard deviation of the deviations before each row or after it, by their median: the
     /// larger one, since noise and motion may begin or end there.
     fn local_scales(&self) -> Vec<f64> {
@@ -267,24 +295,38 @@ impl<'a> Series<'a> {
         };
         let sizes: Vec<f64> = self.deviations.iter().zip(&self.clean).map(size).collect();
         let medians = running_medians(&sizes, SURROUNDINGS);
-        // A side without any has NaN, which is not the larger one.
-        let scale = |row: usize| medians[row].max(medians[row + 1 + SURROUNDINGS]);
+        let scale = |row: usize| {
+            let sides = [medians[row], medians[row + 1 + SURROUNDINGS]];
+            let most = sides[0].1.max(sides[1].1);
+            // A side without any has NaN, which is not the larger one.
+            let told = sides.iter().filter(|(_, count)| *count >= FEWEST_AROUND.min(most));
+            told.fold(f64::NAN, |larger, (median, _)| larger.max(*median))
+        };
         (0..sizes.len()).map(|row| scale(row) / GAUSSIAN_MEDIAN).collect()
     }
 
-    /// A sample with its neighbours, up to [`REACH`] on either side and no farther than twice as
-    /// many steps; none if it is missing or has too few.
+    /// A sample with its neighbours; none if it is missing or has too few.
     fn around(&self, neighbours: &Neighbours, row: usize) -> Option<Window> {
         let Self { time, values, step, .. } = *self;
         if values[row].is_nan() {
             return None;
         }
         let from_here = |&r: &usize| ((time[r] - time[row]) / step, values[r] - values[row]);
+        let (before, after) = self.beside(neighbours, row);
+        Window::of(before.iter().map(from_here), after.iter().map(from_here))
+    }
+
+    /// The neighbours before a row and after it: [`REACH`] on either side, more where the other has
+    /// fewer, and none farther than twice as many steps.
+    fn beside<'n>(&self, neighbours: &'n Neighbours, row: usize) -> (&'n [usize], &'n [usize]) {
+        let Self { time, step, .. } = *self;
         let near = |r: &usize| (time[*r] - time[row]).abs() <= (2 * REACH) as f64 * step;
         let (before, after) = neighbours.beside(row);
         let before = &before[before.partition_point(|r| !near(r))..];
         let after = &after[..after.partition_point(near)];
-        Window::of(before.iter().map(from_here), after.iter().map(from_here))
+        let most = |other: &[usize]| 2 * REACH - other.len().min(REACH);
+        let (left, right) = (before.len().min(most(after)), after.len().min(most(before)));
+        (&before[before.len() - left..], &after[..right])
     }
 }
 
@@ -308,20 +350,21 @@ impl Neighbours {
         Self { rows, before }
     }
 
-    /// Up to [`REACH`] before a row, and up to as many after it.
+    /// Up to twice [`REACH`] before a row, and up to as many after it.
     fn beside(&self, row: usize) -> (&[usize], &[usize]) {
         let (own, after) = (self.before[row], self.before[row + 1]);
-        let before = &self.rows[own.saturating_sub(REACH)..own];
-        (before, &self.rows[after..(after + REACH).min(self.rows.len())])
+        let before = &self.rows[own.saturating_sub(2 * REACH)..own];
+        (before, &self.rows[after..(after + 2 * REACH).min(self.rows.len())])
     }
 }
 
 /// Medians of the `width` values before each row, from 0 to `values.len() + width`; beyond either
-/// end there are none, and NaN is none. Sorted values are kept from row to row: the work is linear.
-fn running_medians(values: &[f64], width: usize) -> Vec<f64> {
+/// end there are none, and NaN is none. Each with the number of values it is of. Sorted values are kept
+/// from row to row: the work is linear.
+fn running_medians(values: &[f64], width: usize) -> Vec<(f64, usize)> {
     let present = |row: usize| values.get(row).copied().filter(|value| !value.is_nan());
     let mut sorted: Vec<f64> = Vec::with_capacity(width + 1);
-    let mut medians = vec![f64::NAN];
+    let mut medians = vec![(f64::NAN, 0)];
     for row in 0..values.len() + width {
         let place = |sorted: &[f64], value: f64| sorted.partition_point(|other| *other < value);
         if let Some(gone) = row.checked_sub(width).and_then(present) {
@@ -331,11 +374,12 @@ fn running_medians(values: &[f64], width: usize) -> Vec<f64> {
             sorted.insert(place(&sorted, new), new);
         }
         let (count, half) = (sorted.len(), sorted.len() / 2);
-        medians.push(match count % 2 {
+        let median = match count % 2 {
             _ if count == 0 => f64::NAN,
             1 => sorted[half],
             _ => 0.5 * (sorted[half - 1] + sorted[half]),
-        });
+        };
+        medians.push((median, count));
     }
     medians
 }
@@ -359,12 +403,13 @@ mod tests {
         let width = 12;
         let found = running_medians(&values, width);
         assert_eq!(found.len(), values.len() + width + 1);
-        for (row, found) in found.iter().enumerate() {
+        for (row, (found, count)) in found.iter().enumerate() {
             let within = row.saturating_sub(width)..row.min(values.len());
             let mut present: Vec<f64> =
                 values[within].iter().copied().filter(|v| !v.is_nan()).collect();
             let expected = median(&mut present);
             assert!(*found == expected || found.is_nan() && expected.is_nan(), "{row}");
+            assert_eq!(*count, present.len(), "{row}");
         }
     }
 }

@@ -105,6 +105,76 @@ fn fast_motion_is_not_marked() {
     }
 }
 
+/// Wherever a recording or a piece of it begins and ends, and however many of its samples are there.
+#[test]
+fn glitches_at_the_ends_are_found() {
+    let time = times(1500);
+    let clean = noisy(&time, 60, SD, swing);
+    for row in [0, 1, 2, 7, 12, 40, 1460, 1495, 1498, 1499] {
+        for size in [300.0 * SD, -999.0] {
+            let mut values = clean.clone();
+            values[row] += size;
+            assert_eq!(marked(&time, &values), [row], "row {row}, {size}");
+            // The same where a piece begins with the sample, or with the one before it.
+            for first in [row, row.saturating_sub(1)].into_iter().filter(|_| row < 1480) {
+                values[row.saturating_sub(60)..first].fill(f64::NAN);
+                values[first] = if first == row { values[row] } else { clean[first] };
+                assert_eq!(marked(&time, &values), [row], "row {row} of a piece from {first}");
+            }
+        }
+    }
+    for rows in [[0, 1], [1, 2], [1498, 1499]] {
+        let mut values = clean.clone();
+        rows.iter().for_each(|&row| values[row] = -999.0);
+        assert_eq!(marked(&time, &values), rows);
+    }
+    // A logger that begins each of its recordings so.
+    let runs = [61, 62, 63].map(|seed| {
+        let mut values = noisy(&time, seed, SD, swing);
+        values[0] = -999.0;
+        values
+    });
+    let runs = runs.each_ref().map(|values| (&time[..], &values[..]));
+    assert_eq!(find_outliers(&runs).unwrap().rows, [[0]; 3]);
+}
+
+#[test]
+fn a_fast_beginning_is_not_marked() {
+    let time = times(1500);
+    let motions: [(&str, fn(f64) -> f64); 7] = [
+        ("lag of two samples", |x| 1.0 - (-x / 0.01).exp()),
+        ("lag of a sample", |x| 1.0 - (-x / 0.005).exp()),
+        ("oscillation", |x| 1.0 - (-x / 0.03).exp() * (180.0 * x).cos()),
+        ("decay", |x| (-x / 0.006).exp()),
+        ("speed of a drive", |x| 1.0 - (1.0 + x / 0.01) * (-x / 0.01).exp()),
+        ("ramp", |x| 200.0 * x),
+        ("steep, then at a stop", |x| (200.0 * x).min(3.1)),
+    ];
+    for (name, motion) in motions {
+        // From the first sample, from one before it, and from between samples.
+        for begin in [0.0, 0.5, 1.0, 1.5, 2.0, 3.0] {
+            for size in [10.0, 100.0, 3000.0] {
+                let from = |t: f64| size * SD * motion((t - begin * STEP).max(0.0));
+                let values = noisy(&time, 70, SD, from);
+                assert_eq!(marked(&time, &values), [0; 0], "{name} of {size} sd from {begin}");
+                let end = time[time.len() - 1];
+                let values = noisy(&time, 71, SD, |t| from(end - t));
+                assert_eq!(marked(&time, &values), [0; 0], "{name} of {size} sd to {begin}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_sensor_at_its_limit_leaves_is_not_marked() {
+    let time = times(6000);
+    for limit in [0.3, 0.9, 1.2] {
+        let seen = |v: f64| if v.abs() > limit { f64::NAN } else { v };
+        let values: Vec<f64> = noisy(&time, 72, SD, swing).into_iter().map(seen).collect();
+        assert_eq!(marked(&time, &values), [0; 0], "limit {limit}");
+    }
+}
+
 #[test]
 fn a_clean_simulation_has_no_outliers() {
     let time = times(8000);

@@ -1,7 +1,8 @@
 //! A sample and its neighbours: what they predict, and whether it can be one of them.
 
 use super::{
-    DEGREE, FEWEST, FEWEST_BESIDE, LONGEST_RUN, MOST_TOGETHER, PLAUSIBLE_SD, REACH, UPPER_SD,
+    DEGREE, FEWEST, FEWEST_BESIDE, LEAP_AT_END, LONGEST_RUN, MOST_TOGETHER, PLAUSIBLE_SD, REACH,
+    UPPER_SD,
 };
 use std::ops::Range;
 
@@ -32,6 +33,8 @@ pub(super) struct Expected {
     pub quantum: f64,
     /// The motion's steps between samples are seldom larger.
     pub step: f64,
+    /// The largest of these away from the ends.
+    pub largest: f64,
 }
 
 /// What a polynomial says at one time.
@@ -44,14 +47,14 @@ struct Predicted {
 }
 
 impl Window {
-    /// `before` and `after` are `(time, value)` in order of time, at most [`REACH`] of each, from
-    /// the sample's; none with too few.
+    /// `before` and `after` are `(time, value)` in order of time, at most twice [`REACH`] together,
+    /// from the sample's; none with too few.
     pub(super) fn of(
         before: impl ExactSizeIterator<Item = (f64, f64)>,
         after: impl ExactSizeIterator<Item = (f64, f64)>,
     ) -> Option<Self> {
         let (left, right) = (before.len(), after.len());
-        if left.min(right) < FEWEST_BESIDE || left + right < FEWEST {
+        if left + right < FEWEST {
             return None;
         }
         let (mut times, mut values) = ([0.0; BOTH], [0.0; BOTH]);
@@ -87,7 +90,21 @@ impl Window {
         }
         let members = run.clone().map(|i| (self.times[i], self.values[i]));
         !members.chain([own]).any(|sample| self.may_be_an_end(kept, sample, of.sd))
-            && (run.is_empty() || self.is_abrupt(run, of.step))
+            && self.is_abrupt(run.clone(), self.least_step(kept, run, of))
+    }
+
+    /// The step that an outlier exceeds, before and after it and its run.
+    fn least_step(&self, kept: impl Fn(usize) -> bool, run: Range<usize>, of: Expected) -> f64 {
+        if run.start.min(self.count - run.end) < FEWEST_BESIDE {
+            let kept: Vec<f64> =
+                (0..self.count).filter(|&i| kept(i)).map(|i| self.values[i]).collect();
+            let steps = kept.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+            LEAP_AT_END * steps.fold(of.largest, f64::max)
+        } else if run.is_empty() {
+            0.0
+        } else {
+            of.step
+        }
     }
 
     /// The neighbours that are left out next to the sample, without one that is kept between.
@@ -98,14 +115,14 @@ impl Window {
     }
 
     /// Whether the sample and the neighbours of its run begin and end with a step that is larger
-    /// than `step`.
+    /// than `step`, where there is a neighbour to step from or to.
     fn is_abrupt(&self, run: Range<usize>, step: f64) -> bool {
         let value = |i: usize| self.values[i];
         let first = if run.start < self.before { value(run.start) } else { 0.0 };
         let last = if run.end > self.before { value(run.end - 1) } else { 0.0 };
         let up = run.start.checked_sub(1).map(|i| (first - value(i)).abs());
         let down = (run.end < self.count).then(|| (value(run.end) - last).abs());
-        [up, down].iter().all(|edge| edge.is_some_and(|size| size > step))
+        [up, down].into_iter().flatten().all(|size| size > step)
     }
 
     /// The fewest neighbours, at most two, without which the others are a motion with noise of
@@ -140,10 +157,10 @@ impl Window {
         let side = (value - self.predict(kept, DEGREE, time).value).signum();
         let before: Vec<usize> = (0..self.before).rev().filter(|&i| kept(i)).collect();
         let after: Vec<usize> = (self.before..self.count).filter(|&i| kept(i)).collect();
-        [before, after].iter().any(|nearest| {
+        [before, after].iter().filter(|nearest| !nearest.is_empty()).any(|nearest| {
             [(0, 1), (1, FEWEST_BESIDE), (2, REACH)].iter().any(|&(degree, points)| {
                 let used = &nearest[..points.min(nearest.len())];
-                let degree = degree.min(used.len().saturating_sub(1));
+                let degree = degree.min(used.len() - 1);
                 let predicted = self.predict(|i| used.contains(&i), degree, time);
                 (value - predicted.value) * side <= PLAUSIBLE_SD * sd * predicted.spread
             })
