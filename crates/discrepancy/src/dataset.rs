@@ -117,12 +117,14 @@ pub struct Dataset {
     pub recordings: Vec<Observed>,
     /// Noise of each output, pooled over the recordings.
     pub noise: Vec<NoiseEstimate>,
+    /// What is to be told of how the recordings were chosen.
+    pub notes: Vec<String>,
 }
 
-/// Fewest samples a recording must have to be used.
-const FEWEST_SAMPLES: usize = 100;
-
 impl Dataset {
+    /// Fewest samples a recording must have to be used.
+    pub const FEWEST_SAMPLES: usize = 100;
+
     /// What a model uses of a file: columns of its measurements, else of the names of its channels and inputs. Rows
     /// are at the times of a measurement of what moves freely.
     #[must_use]
@@ -199,7 +201,7 @@ impl Dataset {
         let noise = (0..outputs.len())
             .map(|k| conditioned(&mut observed, k, &outputs[k]))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { outputs, recordings: observed, noise })
+        Ok(Self { outputs, recordings: observed, noise, notes: vec![] })
     }
 
     /// The recorded motion of imposed coordinates, smoothed, in the rows of the commands: it is an
@@ -233,7 +235,8 @@ impl Dataset {
     /// The same outputs and noise with other recordings.
     #[must_use]
     pub fn with_recordings(&self, recordings: Vec<Observed>) -> Self {
-        Self { outputs: self.outputs.clone(), recordings, noise: self.noise.clone() }
+        let (outputs, noise) = (self.outputs.clone(), self.noise.clone());
+        Self { outputs, recordings, noise, notes: vec![] }
     }
 
     /// Recordings kept for proof, with the outputs and the noise of these.
@@ -440,9 +443,10 @@ fn identified_columns(names: &Names, order: usize, recording: &Recording) -> Vec
 }
 
 fn observe(hold: InputHold, used: &[Used], r: &Recording) -> Result<Observed, DiagnoseError> {
-    if r.len() < FEWEST_SAMPLES {
+    let needed = Dataset::FEWEST_SAMPLES;
+    if r.len() < needed {
         let (recording, found) = (r.name.clone(), r.len());
-        return Err(DiagnoseError::TooShort { recording, found, needed: FEWEST_SAMPLES });
+        return Err(DiagnoseError::TooShort { recording, found, needed });
     }
     let sampling = Sampling::of(&r.time);
     // Dropped rows are filled in; a leap longer than the recording itself is no dropped row.

@@ -7,7 +7,9 @@ use crate::discrepancy::{Dataset, DiagnoseError, Observed, Output};
 use crate::files::write_together;
 use crate::plants::Model;
 use crate::plants::model::{Measured, ModelError};
-use crate::recordings::{Log, Recording, RecordingError, RecordingSource, arranged, read_log};
+use crate::recordings::{
+    Log, Recording, RecordingError, RecordingSource, arranged, read_log, without_shared,
+};
 use crate::report;
 use std::error::Error;
 use std::io;
@@ -37,6 +39,9 @@ pub fn recordings(
 /// are held out some are kept: one in four, or the last quarter of a single one. Recordings are arranged by what they
 /// hold ([`arranged`]): their order and copies of them change nothing, and those that go on from another are one with it.
 ///
+/// What is fitted proves nothing. Rows that both have ([`without_shared`]) are left out of the held-out ones; where
+/// that leaves none of these, out of those to fit; and where nothing is left to fit either, as if none were held out.
+///
 /// # Errors
 /// What does not fit the model, with the names of the recording and column.
 pub fn datasets(
@@ -44,11 +49,37 @@ pub fn datasets(
     recordings: &[Recording],
     held_out: &[Recording],
 ) -> Result<(Dataset, Dataset), DiagnoseError> {
-    let all = Dataset::new(model, &arranged(recordings))?;
+    let (recordings, held_out) = (arranged(recordings), arranged(held_out));
+    let without = |a: &[_], b: &[_]| without_shared(a, b, Dataset::FEWEST_SAMPLES);
+    let Some(unseen) = without(&held_out, &recordings) else {
+        return training_and_proof(model, &recordings, &held_out);
+    };
+    let (training, proof, note) = if !unseen.is_empty() {
+        let note = "Held-out recordings have rows that are fitted as well: these prove nothing and are left out of the proof.";
+        (recordings, unseen, note)
+    } else if let Some(rest) = without(&recordings, &held_out).filter(|rest| !rest.is_empty()) {
+        let note = "The held-out recordings are among those to fit: they are left out of these, for proof alone.";
+        (rest, held_out, note)
+    } else {
+        let note = "All that is to be fitted is held out as well, which would prove nothing: a part is kept for proof, as where nothing is held out.";
+        (recordings, vec![], note)
+    };
+    let (training, mut proof) = training_and_proof(model, &training, &proof)?;
+    proof.notes.push(note.to_owned());
+    Ok((training, proof))
+}
+
+/// Datasets of recordings that share nothing; without held-out ones some of the others are kept.
+fn training_and_proof(
+    model: &Model,
+    recordings: &[Recording],
+    held_out: &[Recording],
+) -> Result<(Dataset, Dataset), DiagnoseError> {
+    let all = Dataset::new(model, recordings)?;
     if held_out.is_empty() {
         return Ok(diagnose::split(&all));
     }
-    let held = all.for_proof(Dataset::new(model, &arranged(held_out))?)?;
+    let held = all.for_proof(Dataset::new(model, held_out)?)?;
     Ok((all, held))
 }
 
@@ -168,5 +199,80 @@ fn imposed(model: &Model, output: &Output, observed: &Observed) -> Vec<report::I
         Measured::Force(c) => of(c).into_iter().flatten().collect(),
         Measured::Output(_) => all(),
         Measured::State(_) | Measured::Input(_) => vec![],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recordings::Column;
+    use std::ops::Range;
+
+    const MODEL: &str = r#"
+name = "cart"
+[parameters]
+m = { value = 2.0, unit = "kg" }
+[[input]]
+name = "F"
+unit = "N"
+[[coordinate]]
+name = "x"
+velocity = "v"
+unit = "m"
+[mechanics]
+mass = [["m"]]
+force = ["F"]
+[recordings]
+time = "t"
+input_hold = "linear"
+"#;
+
+    fn run(name: &str, rows: Range<usize>, phase: f64) -> Recording {
+        let time: Vec<f64> = rows.map(|k| 0.01 * k as f64).collect();
+        let wave = |rate: f64| time.iter().map(|t| (rate * t + phase).sin()).collect();
+        let column = |name: &str, values| Column { name: name.into(), values };
+        let columns = vec![column("x", wave(3.0)), column("F", wave(5.0))];
+        Recording { name: name.into(), time, columns }
+    }
+
+    /// The names of what is fitted and of what is kept for proof, and what is said of it.
+    fn chosen(recordings: &[Recording], held_out: &[Recording]) -> (String, String, String) {
+        let model = Model::from_text(MODEL, "cart.toml").unwrap();
+        let (training, proof) = datasets(&model, recordings, held_out).unwrap();
+        let names = |d: &Dataset| {
+            let mut names: Vec<&str> = d.recordings.iter().map(|o| &*o.name).collect();
+            names.sort_unstable();
+            names.join(", ")
+        };
+        (names(&training), names(&proof), proof.notes.join(" "))
+    }
+
+    #[test]
+    fn what_is_fitted_proves_nothing() {
+        let [a, b, c] = ["a", "b", "c"].map(|name| run(name, 0..600, name.as_bytes()[0].into()));
+        let apart = chosen(&[a.clone(), b.clone()], &[c.clone()]);
+        assert_eq!((&*apart.0, &*apart.1, &*apart.2), ("a, b", "c", ""));
+
+        // An end of one that is fitted, and a copy beside a run of its own.
+        let (fitted, proof, said) = chosen(&[run("a", 0..400, 97.0)], &[run("a", 300..600, 97.0)]);
+        assert_eq!((&*fitted, &*proof), ("a", "a (4.000 to 5.990 s)"));
+        assert!(said.contains("left out of the proof"), "{said}");
+        let copy = Recording { name: "copy".into(), ..a.clone() };
+        let (fitted, proof, said) = chosen(&[a.clone(), b.clone()], &[copy, c.clone()]);
+        assert_eq!((&*fitted, &*proof), ("a, b", "c"));
+        assert!(said.contains("left out of the proof"), "{said}");
+
+        // One of those that are fitted, as `*.csv` names it too, and a part of the only one.
+        let (fitted, proof, said) = chosen(&[a.clone(), b.clone(), c.clone()], &[c.clone()]);
+        assert_eq!((&*fitted, &*proof), ("a, b", "c"));
+        assert!(said.contains("for proof alone"), "{said}");
+        let (fitted, proof, _) = chosen(&[a.clone()], &[run("part", 200..350, 97.0)]);
+        assert_eq!((&*fitted, &*proof), ("a (0.000 to 1.990 s), a (3.500 to 5.990 s)", "part"));
+
+        // The same altogether: as where none is held out.
+        let (fitted, proof, said) = chosen(&[a.clone()], &[a.clone()]);
+        let (alone, kept, nothing) = chosen(&[a], &[]);
+        assert_eq!((fitted, proof, nothing), (alone, kept, String::new()));
+        assert!(said.contains("would prove nothing"), "{said}");
     }
 }

@@ -17,6 +17,7 @@
 //! | rows k on which a sensor is at the end of its range | [`find_saturated`] | |
 //! | angles made continuous, outliers and samples of a sensor at its limit left out | [`condition`] | |
 //! | which recordings there are, whatever their order and copies | [`arranged`] | |
+//! | what recordings have that others have not | [`without_shared`] | |
 //! | trajectory gamma, gamma', gamma'' | [`Smoother`], with standard deviations | ... per s, s^2 |
 //!
 //! Files are named by a [`RecordingSource`] (`run.csv#rows=100..40575`), read by
@@ -50,6 +51,7 @@ mod mcap;
 mod memory;
 mod noise;
 mod outliers;
+mod overlap;
 mod parquet;
 mod reader;
 mod recording;
@@ -72,6 +74,7 @@ pub use hold::{InputHold, lost_input_variance, resample_input};
 pub use log::{Clock, Log, Wanted};
 pub use noise::{NoiseEstimate, estimate_noise, estimate_noise_pooled};
 pub use outliers::{Outliers, find_outliers};
+pub use overlap::without_shared;
 pub use reader::{READERS, Reader, read, read_log};
 pub use recording::{Column, Recording};
 pub use sampling::{Gap, Sampling};

@@ -207,6 +207,7 @@ impl<'a> Ladder<'a> {
         notes.extend(self.says_elsewhere());
         notes.extend(self.says_driving());
         notes.extend(self.says_coloured());
+        notes.extend(self.held_out.notes.iter().cloned());
         notes.extend(lost::says([self.problem.dataset, self.held_out]));
         notes.extend(clean::notes(self.problem.dataset, self.held_out));
         let end = self.found.chosen.end;

@@ -89,7 +89,7 @@ mod tests {
     fn dataset(recordings: Vec<Observed>) -> Dataset {
         let output = Output { name: "q".into(), unit: "rad".into(), of: Measured::State(0) };
         let noise = vec![NoiseEstimate { sd: 0.01, quantum: None }];
-        Dataset { outputs: vec![output], recordings, noise }
+        Dataset { outputs: vec![output], recordings, noise, notes: vec![] }
     }
 
     #[test]
