@@ -17,7 +17,7 @@ pub use fleet::{FleetPage, FleetRow, FleetTable, fleet_page};
 
 use crate::Proof;
 use crate::pictures::Picture;
-use lacuna_charts::Surface;
+use lacuna_charts::{ChartError, Surface};
 use lacuna_discrepancy::Diagnosis;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -96,14 +96,17 @@ fn section(id: &str, about: &str, content: Markup) -> Markup {
     }
 }
 
-/// A picture with its caption, or the reason why there is none.
+/// A picture with its caption, or the reason why there is none; nothing where there is nothing to draw.
 fn figure(picture: &Picture) -> Markup {
+    let drawn = picture.svg(Surface::Container);
     html! {
-        figure data-time[picture.over_time()] {
-            figcaption { (picture.caption) }
-            @match picture.svg(Surface::Container) {
-                Ok(svg) => (PreEscaped(svg)),
-                Err(reason) => p { "No figure: " (reason) "." },
+        @if !matches!(drawn, Err(ChartError::Empty { .. })) {
+            figure data-time[picture.over_time()] {
+                figcaption { (picture.caption) }
+                @match drawn {
+                    Ok(svg) => (PreEscaped(svg)),
+                    Err(reason) => p { "No figure: " (reason) "." },
+                }
             }
         }
     }

@@ -21,8 +21,12 @@ pub(crate) fn section(d: &Diagnosis) -> Markup {
             } @else if !d.ladder.is_empty() { (ladder(d)) }
             (location(d))
             @for (channel, pictures) in missing_forces(d) {
-                h3 { "The missing force in the equation of " (channel) }
-                div.figures { @for p in &pictures { (super::figure(p)) } }
+                @let drawn: Vec<Markup> =
+                    pictures.iter().map(super::figure).filter(|f| !f.0.is_empty()).collect();
+                @if !drawn.is_empty() {
+                    h3 { "The missing force in the equation of " (channel) }
+                    div.figures { @for figure in &drawn { (figure) } }
+                }
             }
         },
     )
