@@ -83,6 +83,15 @@ fn a_folder_that_cannot_be_written_is_named() {
     bench.write("file", "");
     let said = bench.error(&compare(&runs, "file/found"));
     assert!(said.contains("file/found"), "{said}");
+    // A file is no folder: told before anything is computed, so that no recording is looked for.
+    for command in ["compare model.toml model.toml", "diagnose model.toml"] {
+        let words: Vec<&str> = command.split(' ').chain(["absent.csv", "--out"]).collect();
+        for folder in ["file", "file/found"] {
+            let said = bench.error(&[&words[..], &[folder]].concat());
+            let told = format!("cannot write to the folder {folder}: file is a file");
+            assert!(said.contains(&told), "{said}");
+        }
+    }
     // A link that leads nowhere.
     symlink("/nowhere/at/all", bench.path("link")).unwrap();
     let said = bench.error(&compare(&runs, "link"));

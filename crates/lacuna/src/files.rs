@@ -14,6 +14,21 @@ pub fn uninterrupted() -> MutexGuard<'static, ()> {
     WRITING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// That a folder for results is one, or can be made: asked before they are computed, which may take long.
+///
+/// # Errors
+/// The folder, and what is a file on the way to it.
+pub fn check_folder(folder: &Path) -> io::Result<()> {
+    match folder.ancestors().find(|path| path.exists()) {
+        Some(there) if !there.is_dir() => {
+            let (folder, there) = (folder.display(), there.display());
+            let text = format!("cannot write to the folder {folder}: {there} is a file");
+            Err(io::Error::new(io::ErrorKind::NotADirectory, text))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Write a text file as [`write_together`] does.
 ///
 /// # Errors

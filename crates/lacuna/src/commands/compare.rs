@@ -7,6 +7,7 @@ use crate::say::{say, sayln};
 use clap::Args;
 use lacuna::comparison::{Compared, Named, Pair, labels};
 use lacuna::discrepancy::prediction::DEFAULT_WARMUP;
+use lacuna::files::check_folder;
 use lacuna::models::AnyModel;
 use lacuna::recordings::RecordingSource;
 use lacuna::simulation::Settings;
@@ -43,6 +44,7 @@ pub struct Arguments {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
+    a.out.as_deref().map_or(Ok(()), check_folder)?;
     let settings = Settings { horizon: a.horizon, warmup: a.warmup };
     let [label_a, label_b] = labels([&a.model_a, &a.model_b]);
     let model = |file: &Path, label| -> Result<Named, Box<dyn Error>> {

@@ -13,6 +13,7 @@ use lacuna::discrepancy::diagnose::{self, Options};
 use lacuna::discrepancy::diagnosis::Verdict;
 use lacuna::discrepancy::robot_file::Augmented;
 use lacuna::discrepancy::{Scope, Selector, Watch};
+use lacuna::files::check_folder;
 use lacuna::models::read_equations;
 use lacuna::recordings::RecordingSource;
 use lacuna::report;
@@ -80,6 +81,7 @@ const WITH_A_MODEL: [&str; 7] =
     ["held_out", "figures", "learn_remainder", "exclude", "only", "exact", "time_budget"];
 
 pub fn run(a: &Arguments) -> Outcome {
+    a.out.as_deref().map_or(Ok(()), check_folder)?;
     if !a.simulated.is_empty() {
         return beside_simulated(a);
     }

@@ -7,6 +7,7 @@ use crate::say::{say, sayln};
 use clap::Args;
 use indicatif::ProgressBar;
 use lacuna::discrepancy::Watch;
+use lacuna::files::check_folder;
 use lacuna::fleet::{Machine, Plan, State, Work, collect};
 use rayon::ThreadPoolBuilder;
 use std::error::Error;
@@ -67,6 +68,7 @@ impl Shard {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
+    check_folder(&a.out)?;
     let plan = Plan::read(&a.fleet)?;
     let work = Work::new(&plan.model, plan.settings.clone(), &a.out, &typed())?;
     let share = a.shard.unwrap_or(Shard { index: 1, count: 1 }).of(&plan.machines);
