@@ -2,7 +2,7 @@
 //!
 //! Cells are separated by commas, semicolons or tabs (found from the header line). Lines
 //! that begin with `#` and blank lines are skipped; a byte-order mark, CRLF line ends
-//! and quoted cells are understood. Empty cells, `nan` and `NA` are missing samples.
+//! and quoted cells are understood. Empty cells, `nan`, `NA` and `N/A` are missing samples.
 
 use std::fs;
 use std::io::{self, Write};
@@ -26,8 +26,8 @@ const WIDE_HEAD: usize = 16;
 /// Name of the time column where the writer is told none.
 const DEFAULT_TIME_COLUMN: &str = "t";
 
-/// Reads CSV. Errors: no header, ragged row, cell that is not a number, time missing or not
-/// increasing, each with its line.
+/// Reads CSV. Errors: no header, ragged row, cell that is not a number in a column that is wanted, time
+/// missing or not increasing, each with its line.
 pub struct Csv;
 
 impl Reader for Csv {
@@ -44,13 +44,13 @@ impl Reader for Csv {
         false
     }
 
-    /// All columns are kept: the text of each has to be looked at anyway.
+    /// All columns of numbers are kept: the text of each has to be looked at anyway.
     fn read(&self, source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
         let bytes = fs::read(&source.path).map_err(|error| RecordingError::Unreadable {
             path: source.path.clone(),
             source: error,
         })?;
-        read_bytes(&bytes, source, &wanted.time).map(Into::into)
+        read_bytes(&bytes, source, wanted).map(Into::into)
     }
 }
 
@@ -58,25 +58,27 @@ impl Reader for Csv {
 fn read_bytes(
     bytes: &[u8],
     source: &RecordingSource,
-    time_column: &str,
+    wanted: &Wanted,
 ) -> Result<Recording, RecordingError> {
     let file = source.path.display().to_string();
     let text = text_of(bytes, &file)?;
     let mut table = Table::open(text, file)?;
-    let time_index = table.time_index(time_column)?;
-    let columns = table.read_rows(time_index, &source.selection)?;
+    let time_index = table.time_index(&wanted.time)?;
+    let columns = table.read_rows(time_index, wanted, &source.selection)?;
     Ok(into_recording(source.name(), table.names, columns, time_index))
 }
 
+/// The columns that there are, time apart.
 fn into_recording(
     name: String,
     names: Vec<String>,
-    columns: Vec<Vec<f64>>,
+    mut columns: Vec<Option<Vec<f64>>>,
     time_index: usize,
 ) -> Recording {
-    let mut columns: Vec<Column> =
-        names.into_iter().zip(columns).map(|(name, values)| Column { name, values }).collect();
-    let time = columns.remove(time_index).values;
+    let time = columns[time_index].take().unwrap_or_default();
+    let column =
+        |(name, values): (String, Option<Vec<f64>>)| Some(Column { name, values: values? });
+    let columns = names.into_iter().zip(columns).filter_map(column).collect();
     Recording { name, time, columns }
 }
 
@@ -182,13 +184,16 @@ impl<'a> Table<'a> {
         RecordingError::Unreadable { path: self.file.clone().into(), source: error.into() }
     }
 
-    /// All columns of the selected rows.
+    /// All columns of the selected rows; none in the place of what holds something else than numbers and
+    /// is not wanted, as the name of a machine.
     fn read_rows(
         &mut self,
         time_index: usize,
+        wanted: &Wanted,
         selection: &Selection,
-    ) -> Result<Vec<Vec<f64>>, RecordingError> {
-        let mut columns = vec![Vec::new(); self.names.len()];
+    ) -> Result<Vec<Option<Vec<f64>>>, RecordingError> {
+        let mut columns = vec![Some(Vec::new()); self.names.len()];
+        let mut times = 0;
         let mut record = ::csv::StringRecord::new();
         let mut rows = 0;
         let mut previous: Option<(Place<'a>, f64)> = None;
@@ -208,11 +213,19 @@ impl<'a> Table<'a> {
             }
             self.check_order(previous, (place, time))?;
             previous = Some((place, time));
-            for (index, values) in columns.iter_mut().enumerate() {
-                values.push(self.number(&record[index], index, place)?);
+            times += 1;
+            for (index, column) in columns.iter_mut().enumerate() {
+                let Some(values) = column else { continue };
+                match self.number(&record[index], index, place) {
+                    Ok(value) => values.push(value),
+                    Err(_) if index != time_index && !wanted.keeps(&self.names[index]) => {
+                        *column = None;
+                    }
+                    Err(error) => return Err(error),
+                }
             }
         }
-        self.check_selection(selection, rows, columns[time_index].len())?;
+        self.check_selection(selection, rows, times)?;
         Ok(columns)
     }
 
@@ -293,6 +306,14 @@ impl<'a> Table<'a> {
     }
 
     fn time(&self, cell: &str, index: usize, place: Place) -> Result<f64, RecordingError> {
+        if is_clock(cell) {
+            return Err(RecordingError::TimeOfDay {
+                file: self.file.clone(),
+                line: place.number(),
+                column: self.names[index].clone(),
+                found: quoted(cell.trim()),
+            });
+        }
         let time = self.number(cell, index, place)?;
         if time.is_nan() {
             return Err(RecordingError::MissingTime {
@@ -377,8 +398,15 @@ fn first_repeated(names: &[String]) -> Option<String> {
     names.iter().enumerate().find(|&entry| repeated(entry)).map(|(_, name)| name.clone())
 }
 
+/// Whether a cell tells a date or a time of day: 2026-03-29T01:59:50, 00:00:07.5, 29.03.2026.
+fn is_clock(cell: &str) -> bool {
+    let parts: Vec<&str> = cell.split(['-', ':', '.', '/', 'T', ' ']).collect();
+    let digits = |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    cell.contains(':') || parts.iter().take_while(|part| digits(part)).count() >= 3
+}
+
 fn is_missing(cell: &str) -> bool {
-    matches!(cell, "" | "NA")
+    matches!(cell, "" | "NA" | "N/A")
         || cell.eq_ignore_ascii_case("nan")
         || cell.eq_ignore_ascii_case("-nan")
 }

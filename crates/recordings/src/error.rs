@@ -144,7 +144,7 @@ pub enum RecordingError {
     /// A cell holds something else than a finite number.
     #[error(
         "{file}, line {line}, column '{column}': expected a number, found '{found}'; numbers are \
-         written with a decimal point, a missing value as an empty cell, nan or NA"
+         written with a decimal point, a missing value as an empty cell, nan, NA or N/A"
     )]
     NotANumber {
         /// The file.
@@ -152,6 +152,21 @@ pub enum RecordingError {
         /// Line of the cell.
         line: usize,
         /// Name of its column.
+        column: String,
+        /// The text found, shortened where it is long.
+        found: String,
+    },
+    /// Times are dates or times of day.
+    #[error(
+        "{file}, line {line}, column '{column}': expected a time as a number of seconds, found '{found}'; write the \
+         seconds since the first row instead"
+    )]
+    TimeOfDay {
+        /// The file.
+        file: String,
+        /// Line of the cell.
+        line: usize,
+        /// Name of the time column.
         column: String,
         /// The text found, shortened where it is long.
         found: String,

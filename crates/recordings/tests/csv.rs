@@ -3,7 +3,8 @@
 use std::fs;
 
 use lacuna_recordings::{
-    Column, Recording, RecordingError, RecordingSource, write_csv, write_csv_with_time,
+    Column, Recording, RecordingError, RecordingSource, Wanted, read_log, write_csv,
+    write_csv_with_time,
 };
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -47,10 +48,40 @@ fn the_usual_shapes_of_csv_are_read() {
 
 #[test]
 fn missing_samples_become_nan() {
-    let recording = read("t,x\n0,\n1,nan\n2,NaN\n3,NA\n4,7\n", "").unwrap();
+    let recording = read("t,x\n0,\n1,nan\n2,NaN\n3,NA\n4,N/A\n5,7\n", "").unwrap();
     let x = recording.column("x").unwrap();
-    assert!(x[..4].iter().all(|value| value.is_nan()));
-    assert_eq!(x[4], 7.0);
+    assert!(x[..5].iter().all(|value| value.is_nan()));
+    assert_eq!(x[5], 7.0);
+}
+
+#[test]
+fn text_that_nobody_wants_is_no_obstacle() {
+    let folder = TempDir::new().unwrap();
+    let source = RecordingSource::file(folder.path().join("run.csv"));
+    fs::write(&source.path, "machine,t,x,n\n,0,1,5\nA1,1,2,6\nB2,2,3,7\n").unwrap();
+    let wanted = Wanted::only("t", ["x".to_owned()]);
+    let recording = read_log(&source, &wanted).unwrap().recording;
+    let names: Vec<&str> = recording.columns.iter().map(|c| &*c.name).collect();
+    assert_eq!((names, &recording.time[..]), (vec!["x", "n"], &[0.0, 1.0, 2.0][..]));
+    assert_eq!(recording.column("x").unwrap(), [1.0, 2.0, 3.0]);
+    for needed in ["machine", "x"] {
+        let wanted = Wanted::only("t", [needed.to_owned()]);
+        let said = read_log(&source, &wanted).map_err(|e| e.to_string());
+        let told = said.as_ref().is_err_and(|e| e.contains("line 3, column 'machine'"));
+        assert_eq!(told, needed == "machine", "{said:?}");
+    }
+}
+
+#[test]
+fn dates_for_seconds_are_told() {
+    for time in ["2026-03-29T01:59:50.010", "29.03.2026 01:59:50", "00:00:07.5", "03/29/2026"] {
+        let said = said(format!("t,x\n{time},1\n"), "");
+        let start = "run.csv, line 2, column 't': expected a time as a number of seconds, found '";
+        assert!(said.starts_with(&format!("{start}{time}'")), "{said}");
+    }
+    for time in ["-1.5e-3", "1.77e9", "12.5", "-7"] {
+        read(format!("t,x\n{time},1\n"), "").unwrap();
+    }
 }
 
 #[test]
@@ -82,7 +113,7 @@ fn errors_say_where_and_what() {
         (
             "# c\n\nt,x\n# c\n0,1\n\n# c\n1,1.5e\n",
             "run.csv, line 8, column 'x': expected a number, found '1.5e'; numbers are written \
-             with a decimal point, a missing value as an empty cell, nan or NA",
+             with a decimal point, a missing value as an empty cell, nan, NA or N/A",
         ),
         (
             "t,x\r\n0,1\r\n\r\n1,2,3\r\n",
@@ -129,7 +160,7 @@ fn errors_say_where_and_what() {
         (
             "t,x\n0,inf\n",
             "run.csv, line 2, column 'x': expected a number, found 'inf'; numbers are written \
-             with a decimal point, a missing value as an empty cell, nan or NA",
+             with a decimal point, a missing value as an empty cell, nan, NA or N/A",
         ),
     ] {
         assert_eq!(said(text, ""), message);
