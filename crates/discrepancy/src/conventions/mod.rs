@@ -12,7 +12,7 @@ mod reading;
 use crate::dataset::{Dataset, Observed};
 use crate::decision::Decision;
 use crate::likelihood::windows::first_level;
-use crate::likelihood::{Fit, Hypothesis, Problem, ProcessNoise};
+use crate::likelihood::{Fit, Hypothesis, Problem};
 use crate::search::chain;
 use crate::{DiagnoseError, Watch};
 use lacuna_plants::Model;
@@ -95,10 +95,15 @@ pub(crate) fn otherwise(
     })
 }
 
-/// Whether a fit leaves nothing but noise, of the outputs or on inputs.
+/// Whether a fit leaves nothing but noise: of the outputs, on inputs, or of forces that are a lesser share of those that
+/// move their channels. What a mistake leaves is as large as these, and slow.
 fn explains(fit: &Fit, decision: Decision) -> bool {
-    let pushed = fit.noise.as_deref().is_some_and(|noise| !ProcessNoise::pushes_nothing(noise));
-    !pushed && fit.reduced() < decision.explained
+    let Problem { sample, .. } = *fit.problem;
+    let forces = fit.noise.as_deref().map_or(&[][..], |noise| &noise.forces);
+    let small = |(c, intensity): (usize, &f64)| {
+        *intensity <= decision.further_share * fit.problem.force_scale(c) * sample.sqrt()
+    };
+    forces.iter().enumerate().all(small) && fit.reduced() < decision.explained
 }
 
 /// The readings in which the model leaves least over the stretch that moves most, of those that leave no more than a share of
