@@ -419,8 +419,11 @@ fn what_is_excluded_is_not_named_and_the_reader_knows() {
 fn names_that_do_not_exist_are_told_with_those_that_are_near() {
     let bench = Bench::of("");
     for (asked, expected) in [
-        (["--exclude", "coulomb_fricton"], "did you mean 'coulomb_friction'?"),
-        (["--only", "dead_zone@taw"], "there is no channel 'taw', did you mean 'tau'?"),
+        (
+            ["--exclude", "coulomb_fricton"],
+            "'coulomb_fricton' (did you mean 'coulomb_friction'?); there are",
+        ),
+        (["--only", "dead_zone@taw"], "there is no channel 'taw' (did you mean 'tau'?); there are"),
         (["--exact", "torque"], "there is no input 'torque'; there are tau"),
     ] {
         let said = bench.error(&diagnose(&asked));

@@ -1,7 +1,7 @@
 //! What can keep a diagnosis from being made.
 
 use lacuna_plants::{ModelError, SimulationError};
-use lacuna_recordings::{RecordingError, SignalError, UnitError};
+use lacuna_recordings::{RecordingError, SignalError, UnitError, in_samples, nearest};
 use thiserror::Error;
 
 /// Why recordings and a model cannot be diagnosed.
@@ -22,7 +22,7 @@ pub enum DiagnoseError {
     /// A name that the catalogue or the model does not have.
     #[error(
         "there is no {what} '{found}'{}; there are {}",
-        near.as_ref().map_or_else(String::new, |n| format!(", did you mean '{n}'?")),
+        near.as_ref().map_or_else(String::new, |n| format!(" (did you mean '{n}'?)")),
         known.join(", ")
     )]
     Unknown {
@@ -40,9 +40,10 @@ pub enum DiagnoseError {
     NoRecordings,
     /// No column is a channel of the model.
     #[error(
-        "{recording}: no column measures a channel of the model; its columns are {}; name them \
+        "{recording}: no column measures a channel of the model; its columns are {}{}; name them \
          like the model's {}, or add [[measurement]] entries to the model",
         columns.join(", "),
+        meant(columns, channels),
         channels.join(", ")
     )]
     NothingMeasured {
@@ -69,7 +70,7 @@ pub enum DiagnoseError {
         channel: String,
     },
     /// A recording is too short.
-    #[error("{recording}: {found} samples are too few, at least {needed} are needed")]
+    #[error("{recording}: {} {} too few, at least {needed} are needed", in_samples(*found), if *found == 1 { "is" } else { "are" })]
     TooShort {
         /// The recording.
         recording: String,
@@ -176,4 +177,13 @@ pub enum DiagnoseError {
         /// The channel.
         channel: String,
     },
+}
+
+/// The column that is probably meant for a channel; nothing where none is near.
+fn meant(columns: &[String], channels: &[String]) -> String {
+    let near = |channel: &str| nearest(channel, columns.iter().map(String::as_str));
+    let pair = channels.iter().find_map(|channel| Some((channel, near(channel)?)));
+    pair.map_or_else(String::new, |(channel, column)| {
+        format!(" (did you mean '{channel}' by '{column}'?)")
+    })
 }

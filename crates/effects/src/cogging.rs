@@ -13,7 +13,7 @@ pub(crate) static EFFECT: Effect = Effect {
     parameters: &[
         Parameter::new("amplitude", Dimension::FORCE, Range::NonNegative),
         Parameter::new("wavenumber", Dimension::new(0, -1, 0), Range::Positive),
-        Parameter::new("phase", Dimension::NUMBER, Range::Any).or(0.0),
+        Parameter::new("phase", Dimension::ANGLE, Range::Any).or(0.0),
     ],
     depends_on: &[Variable::Coordinate],
     acts: Acts::Coordinates,

@@ -17,7 +17,7 @@ pub(crate) static EFFECT: Effect = Effect {
     parameters: &[
         Parameter::new("amplitude", Dimension::FORCE, Range::NonNegative),
         Parameter::new("angular_frequency", Dimension::RATE, Range::Positive),
-        Parameter::new("phase", Dimension::NUMBER, Range::Any).or(0.0),
+        Parameter::new("phase", Dimension::ANGLE, Range::Any).or(0.0),
         Parameter::new("begin", Dimension::TIME, Range::Any).or(0.0).of_the_formula(),
     ],
     depends_on: &[Variable::Time],

@@ -236,9 +236,10 @@ input_hold = "linear"
     }
 
     /// The names of what is fitted and of what is kept for proof, and what is said of it.
-    fn chosen(recordings: &[Recording], held_out: &[Recording]) -> (String, String, String) {
+    fn chosen(recordings: &[&Recording], held_out: &[&Recording]) -> (String, String, String) {
         let model = Model::from_text(MODEL, "cart.toml").unwrap();
-        let (training, proof) = datasets(&model, recordings, held_out).unwrap();
+        let own = |all: &[&Recording]| all.iter().copied().cloned().collect::<Vec<_>>();
+        let (training, proof) = datasets(&model, &own(recordings), &own(held_out)).unwrap();
         let names = |d: &Dataset| {
             let mut names: Vec<&str> = d.recordings.iter().map(|o| &*o.name).collect();
             names.sort_unstable();
@@ -250,28 +251,29 @@ input_hold = "linear"
     #[test]
     fn what_is_fitted_proves_nothing() {
         let [a, b, c] = ["a", "b", "c"].map(|name| run(name, 0..600, name.as_bytes()[0].into()));
-        let apart = chosen(&[a.clone(), b.clone()], &[c.clone()]);
+        let apart = chosen(&[&a, &b], &[&c]);
         assert_eq!((&*apart.0, &*apart.1, &*apart.2), ("a, b", "c", ""));
 
         // An end of one that is fitted, and a copy beside a run of its own.
-        let (fitted, proof, said) = chosen(&[run("a", 0..400, 97.0)], &[run("a", 300..600, 97.0)]);
+        let (fitted, proof, said) =
+            chosen(&[&run("a", 0..400, 97.0)], &[&run("a", 300..600, 97.0)]);
         assert_eq!((&*fitted, &*proof), ("a", "a (4.000 to 5.990 s)"));
         assert!(said.contains("left out of the proof"), "{said}");
         let copy = Recording { name: "copy".into(), ..a.clone() };
-        let (fitted, proof, said) = chosen(&[a.clone(), b.clone()], &[copy, c.clone()]);
+        let (fitted, proof, said) = chosen(&[&a, &b], &[&copy, &c]);
         assert_eq!((&*fitted, &*proof), ("a, b", "c"));
         assert!(said.contains("left out of the proof"), "{said}");
 
         // One of those that are fitted, as `*.csv` names it too, and a part of the only one.
-        let (fitted, proof, said) = chosen(&[a.clone(), b.clone(), c.clone()], &[c.clone()]);
+        let (fitted, proof, said) = chosen(&[&a, &b, &c], &[&c]);
         assert_eq!((&*fitted, &*proof), ("a, b", "c"));
         assert!(said.contains("for proof alone"), "{said}");
-        let (fitted, proof, _) = chosen(&[a.clone()], &[run("part", 200..350, 97.0)]);
+        let (fitted, proof, _) = chosen(&[&a], &[&run("part", 200..350, 97.0)]);
         assert_eq!((&*fitted, &*proof), ("a (0.000 to 1.990 s), a (3.500 to 5.990 s)", "part"));
 
         // The same altogether: as where none is held out.
-        let (fitted, proof, said) = chosen(&[a.clone()], &[a.clone()]);
-        let (alone, kept, nothing) = chosen(&[a], &[]);
+        let (fitted, proof, said) = chosen(&[&a], &[&a]);
+        let (alone, kept, nothing) = chosen(&[&a], &[]);
         assert_eq!((fitted, proof, nothing), (alone, kept, String::new()));
         assert!(said.contains("would prove nothing"), "{said}");
     }

@@ -141,7 +141,8 @@ fn glitches_at_the_ends_are_found() {
 #[test]
 fn a_fast_beginning_is_not_marked() {
     let time = times(1500);
-    let motions: [(&str, fn(f64) -> f64); 7] = [
+    type Motion = fn(f64) -> f64;
+    let motions: [(&str, Motion); 7] = [
         ("lag of two samples", |x| 1.0 - (-x / 0.01).exp()),
         ("lag of a sample", |x| 1.0 - (-x / 0.005).exp()),
         ("oscillation", |x| 1.0 - (-x / 0.03).exp() * (180.0 * x).cos()),

@@ -50,9 +50,9 @@ fn details(f: &Finding) -> String {
         f.parameters.iter().map(|(name, e)| words::parameter(name, e)).collect();
     let mut parts = vec![numbers.join(", "), format!("probability {}", percent(f.probability))];
     let rivals = f.alternatives.iter().filter(|a| a.probability > words::LIKELY);
-    parts.extend(
-        rivals.map(|a| format!("or {} on {} {}", a.class, a.channel, percent(a.probability))),
-    );
+    parts.extend(rivals.map(|a| {
+        format!("or {} {}", words::class_at(&a.class, &a.channel), percent(a.probability))
+    }));
     parts.extend(words::part(f));
     parts.retain(|p| !p.is_empty());
     format!("{}: {}", words::name(f), parts.join("; "))

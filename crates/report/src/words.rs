@@ -261,12 +261,12 @@ pub fn part(f: &Finding) -> Option<String> {
 pub fn experiment(e: &Experiment) -> String {
     format!(
         "to tell them apart: drive {} with a sine of {} at {} and watch {}; the predictions differ \
-         there by {:.1} times the noise",
+         there by {} times the noise",
         e.drive,
         plain(e.amplitude, &e.unit),
         plain(e.frequency_hz, "Hz"),
         e.watch,
-        e.difference_over_noise
+        ratio(e.difference_over_noise)
     )
 }
 

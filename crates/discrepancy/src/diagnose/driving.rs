@@ -54,8 +54,11 @@ impl Ladder<'_> {
         });
         let outputs = outputs.iter().filter(|(_, over)| format!("{over:.1}") != "1.0");
         let outputs = outputs.map(|(name, over)| {
+            // More is not looked for.
+            let most = if *over > intensity::LARGEST / intensity::ROUGH { "at least " } else { "" };
+            let over = number::ratio(*over);
             format!(
-                "What was recorded of {name} is {over:.1} times as far from the truth as it seems from sample to sample, as behind a filter."
+                "What was recorded of {name} is {most}{over} times as far from the truth as it seems from sample to sample, as behind a filter."
             )
         });
         inputs.chain(forces).chain(outputs).collect()

@@ -27,13 +27,13 @@ const ENOUGH: usize = 4_000;
 const LEAST: f64 = 1e-4;
 const MOST: f64 = 10.0;
 /// Noise of an output, over what its samples show.
-const LARGEST: f64 = 1e4;
+pub const LARGEST: f64 = 1e4;
 /// Noise on an input, over what the input shows: estimates of either are good to a few percent.
 const SHOWN: f64 = 1.2;
 /// By which factor an intensity moves at most where another comes beside it.
 const REACH: f64 = 4.0;
 /// How near it sources are compared: the best are then told from the others, and sought once more in the end.
-const ROUGH: f64 = 1.1;
+pub const ROUGH: f64 = 1.1;
 /// How near the best of them the search ends: two sources that are the same then differ by less
 /// than a nat in thousands of samples.
 const NEAR: f64 = 1.005;

@@ -45,6 +45,7 @@ fn recordings_of_something_else_are_refused() {
     }
     let error = Dataset::new(&ON_TWO_MASS.model(), &all).expect_err("nothing measured");
     assert!(matches!(error, DiagnoseError::NothingMeasured { .. }), "{error}");
+    assert!(error.to_string().contains("(did you mean 'x1' by 'x1_raw'?)"), "{error}");
 }
 
 #[test]
@@ -54,7 +55,11 @@ fn too_few_samples_are_counted() {
     all[0].columns.iter_mut().for_each(|c| c.values.truncate(60));
     let error = Dataset::new(&ON_PENDULUM.model(), &all).expect_err("too short");
     assert!(matches!(error, DiagnoseError::TooShort { found: 60, .. }), "{error}");
-    assert!(error.to_string().contains("60 samples"), "{error}");
+    assert!(error.to_string().contains(": 60 samples are too few"), "{error}");
+    all[0].time.truncate(1);
+    all[0].columns.iter_mut().for_each(|c| c.values.truncate(1));
+    let error = Dataset::new(&ON_PENDULUM.model(), &all).expect_err("too short");
+    assert!(error.to_string().contains(": 1 sample is too few"), "{error}");
 }
 
 #[test]

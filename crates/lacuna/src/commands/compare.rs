@@ -17,9 +17,9 @@ use std::process::ExitCode;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// A: a TOML file of equations, or model.json of `lacuna identify`
+    /// A: a model file (TOML), of equations or of a robot; a URDF or MJCF; or model.json of `lacuna identify`
     model_a: PathBuf,
-    /// B: of either kind; it must have the same measured channels
+    /// B: of any of these kinds; it must have the same measured channels
     model_b: PathBuf,
     /// Recordings whose inputs drive the models: FILE.csv, FILE.csv#rows=100..200 or
     /// FILE.csv#t=1.0..2.5

@@ -2,7 +2,7 @@
 
 use crate::cases::{missing, null, two_findings, unexplained};
 use lacuna_discrepancy::conventions::Otherwise;
-use lacuna_discrepancy::diagnosis::{FormulaFit, RandomForce, Verdict};
+use lacuna_discrepancy::diagnosis::{Experiment, FormulaFit, RandomForce, Verdict};
 use lacuna_report::summary;
 
 #[test]
@@ -16,7 +16,7 @@ fn a_finding_is_told_with_its_numbers() {
         "magnitude 20.41 ± 0.12 N",
         "smoothing velocity 0.00412 ± 0.00031 m/s",
         "probability 97 %",
-        "or stribeck_friction on q 3 %",
+        "or friction with a Stribeck peak at low speed on q 3 %",
         "The formula is nearly right: it leaves 3 % of the mismatch, 1.4 times the noise.",
         "viscous is 214.2 ± 1.9 N s/m instead of 203.5 (+5.3 %)",
         "0.0873 -> 0.000412 m running free; noise 2.10e-5 m",
@@ -27,6 +27,21 @@ fn a_finding_is_told_with_its_numbers() {
     }
     assert!(!text.contains("cogging"), "a rival below 2 % is left out");
     assert!(!text.contains("mass is"), "a parameter within 2 std is left out");
+}
+
+#[test]
+fn a_large_ratio_has_no_more_digits_than_it_needs() {
+    let mut d = missing();
+    d.findings[0].experiment = Some(Experiment {
+        drive: "F".to_owned(),
+        unit: "N".to_owned(),
+        amplitude: 3.0,
+        frequency_hz: 0.5,
+        watch: "q".to_owned(),
+        difference_over_noise: 4_658_774.8,
+    });
+    let text = summary(&d, false).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("the predictions differ there by 4.66e6 times the noise"), "{text}");
 }
 
 /// How sure the class is and how well its formula fits are two things.
