@@ -62,7 +62,9 @@ fn tiles(d: &Diagnosis) -> Markup {
             @for (what, probability) in words::told(d) {
                 (tile("How sure", &probability, &format!("that it is {what}")))
             }
-            @if let (Verdict::Unexplained, Some((channel, m))) = (d.verdict, suspected(d)) {
+            // In the wrong numbers no equation is suspected.
+            @if d.otherwise.is_some() {
+            } @else if let (Verdict::Unexplained, Some((channel, m))) = (d.verdict, suspected(d)) {
                 (tile("How sure", &percent(likely(m.significance)), &format!("that something is missing, most of it in the equation of {channel}; its name is not known")))
             } @else if d.findings.is_empty() { @if let Some((channel, m)) = suspected(d) {
                 (tile("Evidence for missing physics", &plain(m.significance, "nats"), &format!("at most, in {channel}; 10 nats are odds of 22 000 to 1")))

@@ -2,6 +2,7 @@
 
 use crate::cases::{HOSTILE, missing, null, proof, robot, two_findings, unexplained};
 use lacuna_discrepancy::Diagnosis;
+use lacuna_discrepancy::conventions::Otherwise;
 use lacuna_discrepancy::diagnosis::{Finding, Joint};
 use lacuna_report::number::{percent, with_std};
 use lacuna_report::{Proof, files, page};
@@ -118,6 +119,18 @@ fn a_variation_of_a_class_has_its_own_words_and_formula() {
     assert!(html.contains(own.formula));
     assert!(html.contains(&format!("{} on q", own.words)));
     assert!(!html.contains(&format!("{} on q", class.words)));
+}
+
+#[test]
+fn what_may_be_a_mistake_in_the_recordings_is_no_missing_force_that_is_sure() {
+    let mut d = unexplained();
+    let html = |d: &Diagnosis| page(d, MODEL, &[], COMMAND);
+    assert!(html(&d).contains("that something is missing"));
+    let with = vec!["the sign of tau reversed".to_owned()];
+    d.otherwise = Some(Otherwise { with, leaves: 1.2, found_leaves: None, window_s: 3.75 });
+    let html = html(&d);
+    assert!(html.contains("The recordings may not be what"));
+    assert!(!html.contains("that something is missing") && html.contains("Still unexplained"));
 }
 
 #[test]
