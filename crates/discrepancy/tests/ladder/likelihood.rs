@@ -435,48 +435,6 @@ fn what_no_sample_tells_is_where_its_prior_has_it() {
     }
 }
 
-/// A slider whose motor and gear count by their product alone.
-const GEARED: &str = r#"
-name = "slider"
-[parameters]
-motor = { value = 2.0, unit = "N/A", tolerance = 0.1 }
-gear = { value = 3.0, unit = "1", tolerance = 0.1 }
-[[input]]
-name = "i"
-unit = "A"
-[[coordinate]]
-name = "q"
-velocity = "v"
-unit = "m"
-[mechanics]
-mass = [["1"]]
-force = ["motor*gear*i - 2*v - 10*q"]
-"#;
-
-/// The values of a fit from the nominal ones, each times one of these factors, and the nominal ones.
-fn refitted_from(bench: Bench, factors: &[f64]) -> Vec<(f64, f64)> {
-    let model = bench.model();
-    let dataset = Dataset::new(&model, &bench.record(&model, 41, 1)).expect("a dataset");
-    let problem = Problem::new(&model, &dataset).expect("a problem");
-    let mut h = Hypothesis::of(&model);
-    h.parameters.iter_mut().zip(factors).for_each(|(p, factor)| *p *= factor);
-    let fit = Fit::begin(&problem, h, 0).expect("a fit");
-    fit.hypothesis.parameters.iter().copied().zip(model.values()).collect()
-}
-
-#[test]
-fn what_exact_samples_do_not_tell_is_where_its_prior_has_it() {
-    // What they tell, they tell to a millionth of its tolerance and better: any share of that holds what they do not.
-    let cart = Bench { text: DRIVEN_BY_A_WALL, noise: 1e-8, amplitude: (0.5, 1.5), ..ON_PENDULUM };
-    // The valley along which two factors have one product is bent.
-    let slider = Bench { text: GEARED, noise: 1e-6, ..cart };
-    for (bench, factors) in [(cart, &[0.85, 0.85, 0.85][..]), (slider, &[0.8, 1.25])] {
-        for (p, nominal) in refitted_from(bench, factors) {
-            assert!((p / nominal - 1.0).abs() < 0.01, "{p} of {nominal}");
-        }
-    }
-}
-
 #[test]
 fn standard_deviations_of_sums_know_of_covariances() {
     let bench = ON_PENDULUM;
