@@ -125,7 +125,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("end_stop", &["N/m", "m", "1"], &["N m/rad", "rad", "1"]),
         ("damped_stop", &["N/m", "s/m", "m", "1"], &["N m/rad", "s/rad", "rad", "1"]),
         ("gravity_torque", &["N"], &["N m"]),
-        ("cogging", &["N", "1/m", "1"], &["N m", "1/rad", "1"]),
+        ("cogging", &["N", "1/m", "rad"], &["N m", "1/rad", "rad"]),
         ("coupling_stiffness", &["N/m"], &["N m/rad"]),
         ("coriolis_coupling", &["N s^2/m^2"], &["N m s^2/rad^2"]),
         ("cross_damping", &["N s/m"], &["N m s/rad"]),
@@ -134,7 +134,7 @@ fn units_on_a_linear_and_a_rotary_coordinate() {
         ("viscoelastic", &["N/m", "s"], &["N m/rad", "s"]),
         ("hidden_resonance", &["N s^2/m", "rad/s", "1"], &["N m s^2/rad", "rad/s", "1"]),
         ("elastic_drive", &["N s^2/m", "rad/s", "1"], &["N m s^2/rad", "rad/s", "1"]),
-        ("periodic_disturbance", &["N", "rad/s", "1", "s"], &["N m", "rad/s", "1", "s"]),
+        ("periodic_disturbance", &["N", "rad/s", "rad", "s"], &["N m", "rad/s", "rad", "s"]),
         ("step_change", &["N", "s"], &["N m", "s"]),
         ("unknown_function", &["N", "m", "m", "1"], &["N m", "rad", "rad", "1"]),
         ("sensor_scale", &["1"], &["1"]),
@@ -181,7 +181,7 @@ fn units_beside_an_input() {
 #[test]
 fn units_on_a_first_order_state() {
     assert_eq!(units("constant_force", "m/s", "m", ""), ["m/s"]);
-    assert_eq!(units("periodic_disturbance", "m/s", "m", ""), ["m/s", "rad/s", "1", "s"]);
+    assert_eq!(units("periodic_disturbance", "m/s", "m", ""), ["m/s", "rad/s", "rad", "s"]);
     assert_eq!(units("linear_loss", "m/s", "m", ""), ["1/s"]);
     assert_eq!(units("quadratic_loss", "m/s", "m", ""), ["1/(m s)"]);
     assert_eq!(units("overflow", "m/s", "m", ""), ["1/s", "m"]);
