@@ -4,9 +4,11 @@
 //! agree with the measured motion is a guess of h, good enough for the likelihood to begin from.
 //!
 //! Coordinates that nothing measures are followed by a filter that does not know where they begin,
-//! from what they do to those that are measured.
+//! from what they do to those that are measured; and so are first-order states that other
+//! outputs show ([`Shown`]).
 
 use super::maps::Maps;
+use super::shown::Shown;
 use super::sweep::{Run, Starts};
 use super::{Hypothesis, Problem, ProcessNoise, Window};
 use crate::DiagnoseError;
@@ -32,40 +34,49 @@ const SAMPLES: f64 = 10.0;
 /// for good.
 const SEEN: f64 = 0.5;
 
-/// Fill the hidden coordinates of all recordings' smoothed motion.
+/// Fill the hidden states of all recordings' smoothed motion.
 ///
 /// # Errors
 /// A coordinate that nothing measured depends on, nor on its velocity.
-pub(super) fn follow(problem: &mut Problem) -> Result<(), DiagnoseError> {
+pub(super) fn fill(problem: &mut Problem) -> Result<(), DiagnoseError> {
+    let shown = Shown::simulated(problem);
+    if shown.is_none() {
+        for motion in &mut problem.smoothed {
+            guess(problem.model, &problem.hidden, motion);
+        }
+    }
+    follow(problem, shown)
+}
+
+/// Fill the hidden coordinates, and the first-order states that outputs show, by a filter.
+fn follow(problem: &mut Problem, shown: Option<Shown>) -> Result<(), DiagnoseError> {
     let n = problem.model.coordinates.len();
     let coordinates: Vec<usize> = problem.hidden.iter().copied().filter(|&i| i < 2 * n).collect();
-    if coordinates.is_empty() {
+    let states = shown.iter().flat_map(|s| s.states.iter().copied());
+    let followed: Vec<usize> = coordinates.iter().copied().chain(states).collect();
+    if followed.is_empty() {
         return Ok(());
     }
     let h = Hypothesis::of(problem.model).held();
-    let (noise, variances) = (driving(problem), variances(problem, &coordinates));
+    let noise = driving(problem, shown.as_ref());
+    let variances = variances(problem, &coordinates, shown.as_ref());
+    let substeps = steps(problem, shown.as_ref());
     let mut least = vec![f64::INFINITY; variances.len()];
     for r in 0..problem.smoothed.len() {
         let samples = problem.smoothed[r].len();
         let windows = [Window { recording: r, range: 0..samples }];
-        let machine = vec![problem.smoothed[r].state(0).to_vec()];
+        let begin = shown.as_ref().map_or(problem.smoothed[r].state(0), |s| &s.begins[r]);
+        let machine = vec![begin.to_vec()];
         let starts = Starts { machine, memory: vec![] };
         let (windows, starts) = (&windows[..], &starts);
-        let run = Run {
-            problem,
-            hypothesis: &h,
-            windows,
-            starts,
-            filters: &[],
-            substeps: Substeps::even(1),
-        };
+        let run = Run { problem, hypothesis: &h, windows, starts, filters: &[], substeps };
         // Where the model runs away, nothing is known of what it hides.
         let Ok(maps) = Maps::not_knowing(&run, Some(&noise), &variances) else { continue };
         for (least, v) in least.iter_mut().zip(&maps.filters[0].unknown) {
             *least = least.min(*v);
         }
         for k in 0..samples {
-            for &i in &coordinates {
+            for &i in &followed {
                 problem.smoothed[r].set(k, i, maps.path[k * variances.len() + i]);
             }
         }
@@ -78,20 +89,34 @@ pub(super) fn follow(problem: &mut Problem) -> Result<(), DiagnoseError> {
     })
 }
 
-/// Random forces of a share of those that move the measured coordinates.
-fn driving(problem: &Problem) -> ProcessNoise {
+/// Steps of a filter: as many as levels and currents need, which may be much faster than what is
+/// sampled.
+fn steps(problem: &Problem, shown: Option<&Shown>) -> Substeps {
+    let model = problem.model;
+    match shown {
+        Some(_) => problem.substeps(&model.values(), &model.effects, false),
+        None => Substeps::even(1),
+    }
+}
+
+/// Random forces of a share of those that move the measured coordinates, and the states that outputs show.
+fn driving(problem: &Problem, shown: Option<&Shown>) -> ProcessNoise {
     let model = problem.model;
     let n = model.coordinates.len();
     let measured = (0..n).filter(|i| !problem.hidden.contains(i));
     let acceleration =
         measured.map(|c| super::problem::deviation(&problem.accelerations(c))).fold(0.0, f64::max);
-    let intensity = |m: &f64| DRIVEN * acceleration / m * (SAMPLES * problem.sample).sqrt();
-    let forces = problem.mobility().iter().map(intensity).collect();
+    let intensity = |rate: f64, m: f64| DRIVEN * rate / m * (SAMPLES * problem.sample).sqrt();
+    let mobility = problem.mobility();
+    let mut forces: Vec<f64> = mobility.iter().map(|m| intensity(acceleration, *m)).collect();
+    for c in shown.iter().flat_map(|s| &s.states).map(|i| i - n) {
+        forces[c] = intensity(super::problem::deviation(&problem.accelerations(c)), mobility[c]);
+    }
     ProcessNoise { forces, ..ProcessNoise::none(problem) }
 }
 
 /// Variances of the machine's state where the hidden coordinates may be anywhere.
-fn variances(problem: &Problem, hidden: &[usize]) -> Vec<f64> {
+fn variances(problem: &Problem, hidden: &[usize], shown: Option<&Shown>) -> Vec<f64> {
     let n = problem.model.coordinates.len();
     let largest = |of: &dyn Fn(usize) -> bool| {
         let entries = (0..2 * n).filter(|&i| of(i) && !problem.hidden.contains(&i));
@@ -108,11 +133,15 @@ fn variances(problem: &Problem, hidden: &[usize]) -> Vec<f64> {
         true => (WIDE * if i < n { q } else { v }).powi(2),
         false => 0.0,
     };
-    (0..problem.model.machine_states()).map(variance).collect()
+    let mut variances: Vec<f64> = (0..problem.model.machine_states()).map(variance).collect();
+    for (&i, size) in shown.iter().flat_map(|s| s.states.iter().zip(&s.sizes)) {
+        variances[i] = (WIDE * size).powi(2);
+    }
+    variances
 }
 
 /// Fill the hidden first-order states of a recording's smoothed motion.
-pub(super) fn guess(model: &Model, hidden: &[usize], motion: &mut SmoothedRecording) {
+fn guess(model: &Model, hidden: &[usize], motion: &mut SmoothedRecording) {
     let n = model.coordinates.len();
     let first_order: Vec<usize> = hidden.iter().copied().filter(|&i| i >= 2 * n).collect();
     if first_order.is_empty() {

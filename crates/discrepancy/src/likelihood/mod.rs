@@ -47,6 +47,7 @@ pub mod normal;
 mod paths;
 mod problem;
 mod process_noise;
+mod shown;
 pub mod sweep;
 pub mod windows;
 mod without;

@@ -106,10 +106,7 @@ impl<'a> Problem<'a> {
             paths: Paths::default(),
             watch: None,
         };
-        for motion in &mut this.smoothed {
-            super::hidden::guess(model, &this.hidden, motion);
-        }
-        super::hidden::follow(&mut this)?;
+        super::hidden::fill(&mut this)?;
         this.channels = this.channel_scales();
         let before = |c: usize| (0..c).map(|o| this.differences(c, o)).collect();
         this.apart = (0..model.channels()).map(before).collect();

@@ -106,6 +106,42 @@ fn a_first_order_state_may_be_hidden() {
     assert_eq!(d.data.unmeasured, ["h1"]);
 }
 
+/// Of the lower of two tanks a load cell alone tells, of the upper one nothing: neither level is recorded as such.
+#[test]
+fn first_order_states_may_be_shown_by_an_expression_alone() {
+    let text = format!(
+        "{}[[measurement]]\ncolumn = \"load\"\nof = \"9810*0.05*h2 + 120\"\nunit = \"N\"",
+        ON_TANKS.text
+    );
+    let model = Model::from_text(&text, "tanks.toml").expect("a model");
+    let weighed = |mut all: Vec<Recording>| {
+        for r in &mut all {
+            r.columns.retain(|c| c.name != "h1");
+            let level = r.columns.iter_mut().find(|c| c.name == "h2").expect("a level");
+            level.name = "load".into();
+            level.values.iter_mut().for_each(|h| *h = 9810.0 * 0.05 * *h + 120.0);
+        }
+        all
+    };
+    let d = diagnosed(&model, &weighed(ON_TANKS.record(&ON_TANKS.model(), 97, 4))).diagnosis;
+    assert_eq!(d.verdict, Verdict::NoMismatch, "{:?}", d.findings);
+    assert_eq!(d.data.unmeasured, ["h1", "h2"]);
+    for (channel, class, strength, seed) in
+        [("h2", "linear_loss", "rate", 98), ("h1", "quadratic_loss", "coefficient", 99)]
+    {
+        let leak =
+            format!("[[effect]]\nclass = \"{class}\"\nchannel = \"{channel}\"\n{strength} = 0.02");
+        let recordings = weighed(ON_TANKS.record(&ON_TANKS.truth(&leak), seed, 4));
+        let d = diagnosed(&model, &recordings).diagnosis;
+        let [f] = &d.findings[..] else { panic!("{leak}: {:?} {:?}", d.verdict, d.findings) };
+        assert_eq!((&f.class[..], &f.channel[..]), (class, channel));
+        let found = &f.parameters[strength];
+        assert!((found.value - 0.02).abs() < 4.0 * found.std, "{found:?}");
+        let fit = &d.fit.held_out["load"];
+        assert!(fit.free_run_after < 1.1 * fit.noise, "{fit:?}");
+    }
+}
+
 /// A rotor that tilts a rod, its thrust late and not measured: a constant torque on the rod and a constant thrust
 /// move it alike but for the beginning.
 const ROTOR: &str = r#"
