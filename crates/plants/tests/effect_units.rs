@@ -114,8 +114,8 @@ fn stiffnesses_and_coefficients_follow() {
     assert_eq!(of(&mm, "coulomb_friction"), ["kg mm/s^2", "mm/s"]);
     let deg = slide("deg", INERTIA, "N m", "m*pi/180", "u");
     assert_eq!(of(&deg, "linear_stiffness"), ["N m/deg"]);
-    assert_eq!(of(&deg, "cogging"), ["N m", "1/deg", "1"]);
-    assert_eq!(of(&deg, "periodic_disturbance"), ["N m", "rad/s", "1", "s"]);
+    assert_eq!(of(&deg, "cogging"), ["N m", "1/deg", "rad"]);
+    assert_eq!(of(&deg, "periodic_disturbance"), ["N m", "rad/s", "rad", "s"]);
     let unsaid = slide("mm", "", "", "1", "u");
     assert_eq!(of(&unsaid, "linear_stiffness"), ["force/mm"]);
 }
@@ -150,6 +150,12 @@ fn units_are_compared_by_what_they_measure() {
     let sine = "class = \"periodic_disturbance\"\namplitude = 1\n\
          angular_frequency = { value = 2, unit = \"Hz\" }";
     assert!(close(with(sine, &arm).unwrap()[1], 4.0 * std::f64::consts::PI));
+    let phase = |unit: &str| {
+        let sine = "class = \"periodic_disturbance\"\namplitude = 1\nangular_frequency = 2";
+        with(&format!("{sine}\nphase = {{ value = 90, unit = \"{unit}\" }}"), &arm).unwrap()[2]
+    };
+    assert_eq!([phase("rad"), phase("1")], [90.0; 2]);
+    assert!(close(phase("deg"), std::f64::consts::FRAC_PI_2));
 }
 
 #[test]
