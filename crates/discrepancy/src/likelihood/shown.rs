@@ -12,6 +12,7 @@
 //! from where a filter follows it.
 
 use super::problem::Problem;
+use super::sweep::DIVERGED;
 use crate::trajectories::SmoothedRecording;
 use lacuna_numbers::{Dual, Number};
 use lacuna_plants::model::{Measured, System};
@@ -69,7 +70,7 @@ fn simulated(problem: &Problem, r: usize) -> SmoothedRecording {
     for k in 1..motion.len() {
         let times = (motion.times[k - 1], motion.times[k]);
         system.advance(&mut workspace, times, path.step_in(k - 1), steps, &mut x);
-        if !x.iter().all(|x| x.is_finite()) {
+        if !x.iter().all(|x| x.abs() < DIVERGED) {
             x = system.at_rest(motion.state(k));
         }
         for (i, x) in x.iter_mut().enumerate().take(model.machine_states()) {
@@ -128,8 +129,8 @@ fn begin(problem: &Problem, r: usize, hidden: &[usize]) -> Vec<f64> {
         let each = shown.iter().zip(&first).zip(&problem.weights);
         each.filter_map(|((y, first), weight)| Some((((*first)? - y) * weight).powi(2))).sum()
     };
-    let all: Vec<(usize, f64)> = points(motion).map(|k| (k, off(k))).collect();
-    let nearest = all.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    let all = points(motion).map(|k| (k, off(k))).filter(|(_, off): &(usize, f64)| off.is_finite());
+    let nearest = all.min_by(|a, b| a.1.total_cmp(&b.1));
     from(nearest.map_or(0, |(k, _)| k))
 }
 

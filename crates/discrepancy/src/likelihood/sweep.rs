@@ -13,7 +13,7 @@ use lacuna_plants::model::{Direction, SeriesEffect, System, effective_inputs};
 use rayon::prelude::*;
 
 /// A value beyond this is divergence, not motion.
-const DIVERGED: f64 = 1e12;
+pub(super) const DIVERGED: f64 = 1e12;
 
 /// The states with which the windows of one recording begin.
 #[derive(Clone, Debug, Default, PartialEq)]

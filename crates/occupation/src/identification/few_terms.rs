@@ -26,24 +26,36 @@ impl Identification {
         if self.lambda.is_some() {
             return None;
         }
-        let mut rows = polynomials.to_vec();
-        let mut few = if polynomials == chosen {
-            self.selected(data, &rows, full)?
-        } else {
-            let other = self.refined(data, polynomials, start).ok()?;
-            self.selected(data, &rows, &other)?
-        };
+        let few = self.selected(data, chosen, full);
+        let mut best = few.filter(|few| few.beats(full)).map(|few| (chosen.to_vec(), few));
+        if polynomials != chosen {
+            self.try_rows(data, polynomials, full, start, &mut best);
+        }
+        let rows = best.as_ref().map_or(chosen, |(rows, _)| rows).to_vec();
         for (i, b) in general_beside_polynomials(&rows) {
-            let mut simpler = rows.clone();
+            let rows = best.as_ref().map_or(chosen, |(rows, _)| rows);
+            let mut simpler = rows.to_vec();
             let block = &mut simpler[i].blocks[b];
             *block = block.clone().constant(&data.spread);
-            let found = self.refined(data, &simpler, start).ok();
-            let found = found.and_then(|found| self.selected(data, &simpler, &found));
-            if let Some(found) = found.filter(|found| found.beats(&few)) {
-                (rows, few) = (simpler, found);
-            }
+            self.try_rows(data, &simpler, full, start, &mut best);
         }
-        few.beats(full).then_some((rows, few))
+        best
+    }
+
+    /// Takes the field of other priors with its most probable monomials if that is more probable.
+    fn try_rows(
+        &self,
+        data: &Data,
+        rows: &[RowChoice],
+        full: &Refined,
+        start: &[Shot],
+        best: &mut Option<(Vec<RowChoice>, Refined)>,
+    ) {
+        let Ok(found) = self.refined(data, rows, start) else { return };
+        let found = self.selected(data, rows, &found).unwrap_or(found);
+        if found.beats(best.as_ref().map_or(full, |(_, few)| few)) {
+            *best = Some((rows.to_vec(), found));
+        }
     }
 
     /// A field with its most probable monomials, chosen again where it has them; none where all of them stay.
@@ -53,6 +65,9 @@ impl Identification {
             monomials: monomials::of(term, &rows[term.row].blocks[term.block]),
         };
         let terms: Vec<Choices> = from.field.terms.iter().map(choices).collect();
+        if terms.iter().all(|term| term.monomials.is_none()) {
+            return None;
+        }
         let prior = Term::priors(&from.field.terms);
         let mut selection = Selection::of(&from.normal, &prior, &terms).ok()?;
         selection.improve();
@@ -66,12 +81,14 @@ impl Identification {
             let doubt = selection.doubt();
             selection.improve();
             let next = selection.subspace().ok()?;
-            if next.present == subspace.present || round == MOST_SELECTIONS {
-                few.posterior.covariance += doubt;
-                break;
+            let other = next.present != subspace.present && round < MOST_SELECTIONS;
+            match other.then(|| self.within(data, &few, &prior, &next)).flatten() {
+                Some(found) => (few, subspace) = (found, next),
+                None => {
+                    few.posterior.covariance += doubt;
+                    break;
+                }
             }
-            few = self.within(data, &few, &prior, &next)?;
-            subspace = next;
         }
         Some(few)
     }

@@ -18,11 +18,14 @@
 //! ```text
 //! cov = cov_S + sum_k w_k (+- s_k^-1 + delta_k^2) v_k v_k^T
 //! ```
+//!
+//! and w_k = 1 where the data would hardly tell of the monomial if it were there.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
 use super::evidence::{Normal, Posterior};
+use super::report::UNKNOWN;
 use crate::linear::{Factor, NonPositivePivot};
 
 /// Nats that an exchange must gain: above what rounding makes of none.
@@ -146,10 +149,11 @@ impl Selection {
 
     /// Takes away and puts back what gains the most, until nothing gains.
     pub fn improve(&mut self) {
-        for _ in 0..4 * self.present.len() {
-            let gains = (0..self.present.len()).map(|k| (k, self.gain(k)));
+        let all = self.present.len();
+        for _ in 0..4 * all {
+            let gains = (0..all).map(|k| (k, self.gain(k))).filter(|(_, gain)| gain.is_finite());
             match gains.max_by(|a, b| a.1.total_cmp(&b.1)) {
-                Some((k, gain)) if gain > GAIN && gain.is_finite() => self.exchange(k),
+                Some((k, gain)) if gain > GAIN => self.exchange(k),
                 _ => break,
             }
         }
@@ -178,9 +182,10 @@ impl Selection {
     /// each monomial may be there after all, or not.
     pub fn doubt(&self) -> Mat<f64> {
         let (size, all) = (self.moves.nrows(), self.present.len());
+        let moves = self.moves.transpose().to_owned();
         let mut doubt = Mat::zeros(size, size);
-        for k in 0..all {
-            let weight = 1.0 / (1.0 + (-self.gain(k)).exp());
+        for k in (0..all).filter(|&k| self.gain(k).is_finite()) {
+            let weight = if self.is_told(k) { 1.0 / (1.0 + (-self.gain(k)).exp()) } else { 1.0 };
             let (pivot, right) = (self.after[(k, k)], self.after[(k, all)]);
             let along = |i: usize| match (i == k, self.present[k], self.present[i]) {
                 (true, false, _) => 1.0,
@@ -188,7 +193,7 @@ impl Selection {
                 _ => 0.0,
             };
             let along: Vec<f64> = (0..all).map(along).collect();
-            let along = transposed_times(&self.moves.transpose().to_owned(), &along);
+            let along = transposed_times(&moves, &along);
             let factor = weight * (1.0 / pivot + (right / pivot).powi(2));
             for j in 0..size {
                 for i in 0..size {
@@ -199,6 +204,12 @@ impl Selection {
         doubt
     }
 
+    /// Whether there is a monomial, or whether the data would leave less than its share of the prior's standard deviation to one
+    /// that is away: where they do not, the number of monomials alone speaks against it, and it is as unknown as before.
+    fn is_told(&self, k: usize) -> bool {
+        self.present[k] || self.before[(k, k)] / self.after[(k, k)] < UNKNOWN * UNKNOWN
+    }
+
     fn count(&self) -> usize {
         self.present.iter().filter(|present| **present).count()
     }
@@ -206,12 +217,15 @@ impl Selection {
     /// ln p(S | y) after an exchange of monomial k less that before: of one that is present the ratio of posterior and prior
     /// density of b_k = 0 (J. Dickey, 1971), and the odds.
     fn gain(&self, k: usize) -> f64 {
-        let (all, count) = (self.present.len(), self.count());
-        let then = if self.present[k] { count - 1 } else { count + 1 };
+        let (all, count) = (self.present.len() as f64, self.count() as f64);
+        let odds = match self.present[k] {
+            true => (all - count + 1.0) / count,
+            false => (count + 1.0) / (all - count),
+        };
         let (after, before) = (self.after[(k, k)], self.before[(k, k)]);
         // Of those present the pivots are minus their variances, of others what is left of their precisions.
-        let evidence = 0.5 * ((before / after).ln() + self.after[(k, all)].powi(2) / after);
-        evidence + log_prior(all, then) - log_prior(all, count)
+        let right = self.after[(k, self.present.len())];
+        0.5 * ((before / after).ln() + right * right / after) + odds.ln()
     }
 
     fn exchange(&mut self, k: usize) {
@@ -347,6 +361,26 @@ mod tests {
             let other = log_posterior(&other.subspace().unwrap(), &normal, &prior);
             assert!(other <= best + 1e-9, "{present:?} {other} {best}");
         }
+    }
+
+    /// Of the last monomial the equations say nothing: where it is away, it is as unknown as before.
+    #[test]
+    fn what_the_data_do_not_tell_stays_unknown() {
+        let design = Mat::from_fn(40, 3, |i, j| match j {
+            2 => 0.0,
+            j => 10.0 * ((i * (j + 2)) as f64 * 0.37).sin(),
+        });
+        let right: Vec<f64> =
+            (0..40).map(|i| 0.5 * design[(i, 0)] + (1.7 * i as f64).sin()).collect();
+        let mut normal = Normal::new(3);
+        normal.add(design.as_ref(), &right);
+        let terms = [Choices { size: 3, monomials: Some(Mat::identity(3, 3)) }];
+        let selection = Selection::of(&normal, &[2.0; 3], &terms).unwrap();
+        let selection = selection.with(&[true, false, false]);
+        let subspace = selection.subspace().unwrap();
+        let covariance = subspace.posterior(&normal, &[2.0; 3]).unwrap().1 + selection.doubt();
+        assert!((covariance[(2, 2)] - 1.0).abs() < 1e-9, "{covariance:?}");
+        assert!(covariance[(0, 0)] < 1e-2 && covariance[(1, 1)] < 1e-2, "{covariance:?}");
     }
 
     #[test]

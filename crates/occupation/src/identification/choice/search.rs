@@ -1,7 +1,6 @@
 //! The search over the blocks of one coordinate.
 
 use std::cmp::Ordering;
-use std::f64::consts::LN_2;
 
 use rayon::prelude::*;
 
@@ -137,27 +136,26 @@ impl<'s> Search<'s> {
         Found { block, noise_sd: self.noise_sd, log_evidence }
     }
 
-    /// The same row with a polynomial for its drift: that of greatest evidence which was tried. None where no tried one could
-    /// be more probable with as many of its monomials as there are away.
+    /// The same row with a polynomial for a drift that is none: that of greatest evidence which was tried. None where no tried
+    /// one could be more probable with any of its monomials away.
     pub(super) fn with_polynomial_drift(
         mut self,
         alternatives: &[Alternative],
     ) -> Option<RowChoice> {
-        let before = self.log_evidence;
-        if !self.family(0).is_polynomial() {
-            let polynomial =
-                |a: &&Alternative| a.block == 0 && a.choice.kernel.family.is_polynomial();
-            let tried = alternatives.iter().filter(polynomial);
-            let found = tried.map(|a| self.as_found(0, a.choice.clone()));
-            let best = found.max_by(|x, y| x.log_evidence.total_cmp(&y.log_evidence))?;
-            self.accept(0, best);
+        if self.family(0).is_polynomial() {
+            return None;
         }
+        let before = self.log_evidence;
+        let polynomial = |a: &&Alternative| a.block == 0 && a.choice.kernel.family.is_polynomial();
+        let tried = alternatives.iter().filter(polynomial);
+        let found = tried.map(|a| self.as_found(0, a.choice.clone()));
+        let best = found.max_by(|x, y| x.log_evidence.total_cmp(&y.log_evidence))?;
+        self.accept(0, best);
         let first = &self.blocks[0];
         let products = self.products(0, first).ok()?;
         let posterior = self.posterior(0, &first.choice, first, &products, self.noise_sd).ok()?;
-        let monomials: usize = products.sizes.iter().sum();
-        // Without a monomial that is zero the evidence is greater by its part of the determinant, and its prior doubles.
-        let most = 0.5 * posterior.factor.log_determinant() + monomials as f64 * LN_2;
+        // Without a monomial that is zero the evidence is greater by its part of the determinant.
+        let most = 0.5 * posterior.factor.log_determinant();
         (self.log_evidence + most > before).then(|| self.finish().0)
     }
 
