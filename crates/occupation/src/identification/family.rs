@@ -59,11 +59,6 @@ impl Family {
         }
     }
 
-    /// Whether the functions are polynomials.
-    pub(crate) fn is_polynomial(self) -> bool {
-        matches!(self, Self::Polynomial(_))
-    }
-
     /// Whether K depends on xi - eta (else on xi . eta).
     pub(crate) fn is_radial(self) -> bool {
         matches!(self, Self::Gaussian | Self::Matern)
