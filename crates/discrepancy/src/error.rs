@@ -1,7 +1,9 @@
 //! What can keep a diagnosis from being made.
 
 use lacuna_plants::{ModelError, SimulationError};
-use lacuna_recordings::{RecordingError, SignalError, UnitError, in_samples, nearest};
+use lacuna_recordings::{
+    RecordingError, SignalError, UnitError, did_you_mean, in_samples, nearest,
+};
 use thiserror::Error;
 
 /// Why recordings and a model cannot be diagnosed.
@@ -22,7 +24,7 @@ pub enum DiagnoseError {
     /// A name that the catalogue or the model does not have.
     #[error(
         "there is no {what} '{found}'{}; there are {}",
-        near.as_ref().map_or_else(String::new, |n| format!(" (did you mean '{n}'?)")),
+        did_you_mean(near),
         known.join(", ")
     )]
     Unknown {

@@ -85,5 +85,5 @@ pub use source::{RecordingSource, Selection, SourceError};
 pub use table::TableError;
 pub use unwrap::unwrap_turns;
 
-pub use lacuna_units::names::nearest;
+pub use lacuna_units::names::{did_you_mean, nearest};
 pub use lacuna_units::{Dimension, Unit, UnitError, convert, convert_factor};

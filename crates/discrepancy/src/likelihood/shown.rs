@@ -15,6 +15,7 @@ use super::problem::Problem;
 use super::sweep::DIVERGED;
 use crate::trajectories::SmoothedRecording;
 use lacuna_numbers::{Dual, Number};
+use lacuna_plants::Substeps;
 use lacuna_plants::model::{Measured, System};
 
 /// Samples of a recording at which outputs are looked at.
@@ -41,7 +42,10 @@ impl Shown {
             return None;
         }
         let hidden = problem.hidden.clone();
-        let motion: Vec<_> = (0..problem.smoothed.len()).map(|r| simulated(problem, r)).collect();
+        let model = problem.model;
+        let steps = problem.substeps(&model.values(), &model.effects, false);
+        let recordings = 0..problem.smoothed.len();
+        let motion = recordings.clone().map(|r| simulated(problem, r, steps)).collect();
         let measured = std::mem::replace(&mut problem.smoothed, motion);
         let sizes: Vec<Option<f64>> = states.iter().map(|&i| recorded_size(problem, i)).collect();
         if sizes.iter().all(Option::is_none) {
@@ -51,17 +55,16 @@ impl Shown {
         let largest = |i: usize| problem.series(|x| x[i].abs()).into_iter().fold(0.0, f64::max);
         let size = |(i, size): (&usize, Option<f64>)| size.unwrap_or_else(|| largest(*i));
         let sizes = states.iter().zip(sizes).map(size).collect();
-        let begins = (0..measured.len()).map(|r| begin(problem, r, &hidden)).collect();
+        let begins = recordings.map(|r| begin(problem, r, &hidden)).collect();
         Some(Self { states, sizes, begins })
     }
 }
 
 /// A recording's motion with its hidden states as the model says, what is measured being as it was
 /// measured; from 0, again where it runs away.
-fn simulated(problem: &Problem, r: usize) -> SmoothedRecording {
+fn simulated(problem: &Problem, r: usize, steps: Substeps) -> SmoothedRecording {
     let (model, observed) = (problem.model, &problem.dataset.recordings[r]);
     let system = System::new(model);
-    let steps = problem.substeps(&model.values(), &model.effects, false);
     let mut motion = problem.smoothed[r].clone();
     let inputs = problem.effective_inputs(&model.effects, observed);
     let path = model.inputs_along((&observed.times, &inputs), 0..motion.len(), steps.count);
@@ -86,9 +89,11 @@ fn simulated(problem: &Problem, r: usize) -> SmoothedRecording {
 /// How large a state is by the output that shows it best, in the middle along the recordings; none
 /// where no output depends on it.
 fn recorded_size(problem: &Problem, state: usize) -> Option<f64> {
+    let model = problem.model;
+    let system = System::along(model, &model.values(), &model.effects, &[], problem.sample);
     let mut sizes: Vec<f64> = (0..problem.smoothed.len())
         .flat_map(|r| points(&problem.smoothed[r]).map(move |k| (r, k)))
-        .filter_map(|(r, k)| recorded(problem, (r, k), state))
+        .filter_map(|at| recorded(problem, &system, at, state))
         .map(f64::abs)
         .collect();
     sizes.sort_by(f64::total_cmp);
@@ -96,13 +101,17 @@ fn recorded_size(problem: &Problem, state: usize) -> Option<f64> {
 }
 
 /// A state at a sample by the output that shows it best there.
-fn recorded(problem: &Problem, (r, k): (usize, usize), state: usize) -> Option<f64> {
-    let (model, machine) = (problem.model, problem.smoothed[r].state(k));
-    let system = System::along(model, &model.values(), &model.effects, &[], problem.sample);
+fn recorded(
+    problem: &Problem,
+    system: &System<Dual>,
+    (r, k): (usize, usize),
+    state: usize,
+) -> Option<f64> {
+    let machine = problem.smoothed[r].state(k);
     let at_rest = system.at_rest(machine).into_iter().enumerate();
     let x: Vec<Dual> = at_rest.map(|(i, x)| Dual::among(x, i, state)).collect();
     let outputs = &problem.dataset.recordings[r].outputs;
-    let told = shown(problem, &system, (r, k), &x).into_iter().zip(outputs).zip(&problem.weights);
+    let told = shown(problem, system, (r, k), &x).into_iter().zip(outputs).zip(&problem.weights);
     told.map(|((y, measured), weight)| {
         let slope = y.tangent[0];
         (slope.abs() * weight, machine[state] + (measured[k] - y.value) / slope)

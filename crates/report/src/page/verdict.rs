@@ -63,10 +63,10 @@ fn tiles(d: &Diagnosis) -> Markup {
                 (tile("How sure", &probability, &format!("that it is {what}")))
             }
             // In the wrong numbers no equation is suspected.
-            @if d.otherwise.is_some() {
-            } @else if let (Verdict::Unexplained, Some((channel, m))) = (d.verdict, suspected(d)) {
+            @let suspected = suspected(d).filter(|_| d.otherwise.is_none());
+            @if let (Verdict::Unexplained, Some((channel, m))) = (d.verdict, suspected) {
                 (tile("How sure", &percent(likely(m.significance)), &format!("that something is missing, most of it in the equation of {channel}; its name is not known")))
-            } @else if d.findings.is_empty() { @if let Some((channel, m)) = suspected(d) {
+            } @else if d.findings.is_empty() { @if let Some((channel, m)) = suspected {
                 (tile("Evidence for missing physics", &plain(m.significance, "nats"), &format!("at most, in {channel}; 10 nats are odds of 22 000 to 1")))
             } }
             @if let Some((channel, fit)) = words::telling(d) {
