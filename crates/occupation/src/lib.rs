@@ -40,6 +40,7 @@
 //! | samples y, rates y', inputs u | [`Motion`] | N x n, N x n, N x m |
 //! | f_i ~ GP(0, a_0^2 K_0), g_ij ~ GP(0, a_j^2 K_j) | [`identification::RowChoice`] | n rows of 1 + m |
 //! | evidence of linear equations in closed form | [`identification::evidence`] | |
+//! | monomials S that a polynomial has, p(S given y) | `identification::select` | |
 //! | inner products of the equations of parts of the data | [`Stream`], [`Sums`] | |
 //! | standard deviations of f and g at x | [`IdentifiedModel::standard_deviations`] | n, n x m |
 //!

@@ -132,3 +132,60 @@ fn data_without_information_are_refused_by_name() {
     let wrong = Identification { order: 3, ..settings() };
     assert!(wrong.identify(&swings(1e-3)[..2]).unwrap_err().to_string().contains("found 3"));
 }
+
+/// Within the data a cubic follows a sine as well as anything, with the fewest terms; but of the highest degree that there is.
+#[test]
+fn what_may_be_the_beginning_of_a_series_is_left_to_a_general_drift() {
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let start = |k: usize| [-0.5 + 0.2 * (k % 6) as f64, -1.0 + 2.0 * (k / 6) as f64];
+    let swings: Vec<Motion> = (0..12).map(|k| swing(start(k), k as f64, 1e-3, &mut rng)).collect();
+    let model = settings().identify(&swings).unwrap().model;
+    // The data end at 1.04.
+    for x in [[1.0, 1.0], [-1.0, 1.0], [1.5, 2.0], [-1.5, 2.0]] {
+        let (mut f, mut g) = ([0.0], [0.0]);
+        model.evaluate(&x, &mut f, &mut g).unwrap();
+        let (off, sd) = (f[0] - drift(x[0], x[1]), model.standard_deviations(&x).unwrap().unwrap());
+        assert!(off.abs() < 3.0 * sd.f[0], "{x:?}: {off}, standard deviation {}", sd.f[0]);
+    }
+}
+
+/// x' = -x + 2 x y - u, y' = 1 - x^2 + noise of 1 %: one trajectory.
+fn quadratic(noise: f64) -> Motion {
+    let input = |t: f64| (0.7 * t).sin() + (2.3 * t).cos();
+    let slope = |t: f64, [x, y]: [f64; 2]| [-x + 2.0 * x * y - input(t), 1.0 - x * x - 0.5 * y];
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let normal = Normal::new(0.0, noise).unwrap();
+    let (mut z, mut samples, mut inputs) = ([0.5, 0.2], Vec::new(), Vec::new());
+    let times: Vec<f64> = (0..1000).map(|k| STEP * f64::from(k)).collect();
+    for &t in &times {
+        samples.extend(z.map(|value| value + normal.sample(&mut rng)));
+        inputs.push(input(t));
+        let add = |d: [f64; 2], h: f64| [z[0] + h * d[0], z[1] + h * d[1]];
+        let a = slope(t, z);
+        let b = slope(t + 0.5 * STEP, add(a, 0.5 * STEP));
+        let c = slope(t + 0.5 * STEP, add(b, 0.5 * STEP));
+        let d = slope(t + STEP, add(c, STEP));
+        z = [0, 1].map(|i| z[i] + STEP / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
+    }
+    Motion::new(times, samples, inputs).unwrap()
+}
+
+#[test]
+fn a_polynomial_has_the_monomials_that_the_data_ask_for_and_no_other() {
+    let settings = Identification::new(1, Arguments::State, InputPath::Smooth);
+    let model = settings.identify(&[quadratic(0.01)]).unwrap().model;
+    // Far from the data, where each term that is not there would show.
+    for x in [[4.0, -5.0], [-6.0, 3.0], [0.0, 8.0]] {
+        let (mut f, mut g) = ([0.0; 2], [0.0; 2]);
+        model.evaluate(&x, &mut f, &mut g).unwrap();
+        let truth = [-x[0] + 2.0 * x[0] * x[1], 1.0 - x[0] * x[0] - 0.5 * x[1]];
+        let sd = model.standard_deviations(&x).unwrap().unwrap();
+        for i in 0..2 {
+            let off = (f[i] - truth[i]).abs();
+            let size = 1.0 + x[0].abs() + x[0] * x[0] + (x[0] * x[1]).abs() + x[1].abs();
+            assert!(off < 0.02 * size, "f {i} at {x:?}: {} for {}", f[i], truth[i]);
+            assert!(off < 4.0 * sd.f[i], "f {i} at {x:?}: {off}, standard deviation {}", sd.f[i]);
+        }
+        assert!((g[0] + 1.0).abs() < 0.02 && g[1] == 0.0, "{g:?}");
+    }
+}

@@ -59,6 +59,19 @@ impl Family {
         }
     }
 
+    /// Whether the functions are polynomials.
+    pub(crate) fn is_polynomial(self) -> bool {
+        self.degree().is_some()
+    }
+
+    /// Degree of the polynomials; none where the functions are no polynomials.
+    pub(crate) fn degree(self) -> Option<u32> {
+        match self {
+            Self::Polynomial(degree) => Some(degree),
+            _ => None,
+        }
+    }
+
     /// Whether K depends on xi - eta (else on xi . eta).
     pub(crate) fn is_radial(self) -> bool {
         matches!(self, Self::Gaussian | Self::Matern)

@@ -13,6 +13,7 @@
 //! | coefficients, first from the weak form | `fit`, [`evidence`] | linear regression in closed form |
 //! | few features instead of every sample | `basis` | pivoted Cholesky (Nystrom) |
 //! | errors in variables, motion between samples | `flow`, `refine` | the weak form along the model's own trajectories |
+//! | polynomials of few terms | `few_terms`, `monomials`, `select` | evidence of what is left without a term |
 //! | any number of motions | [`Stream`] | inner products of their equations, summed over parts |
 //! | standard deviations of f and g | [`crate::Uncertainty`] | posterior of the last linearisation |
 //! | what the data cannot tell | [`report`] | inputs that do not excite, regions without data |
@@ -23,17 +24,20 @@ mod data;
 mod error;
 pub mod evidence;
 mod family;
+mod few_terms;
 mod field;
 mod fit;
 mod flow;
 mod initial;
 mod inputs;
 mod matrix;
+mod monomials;
 mod motion;
 mod optimise;
 mod path;
 mod refine;
 pub mod report;
+mod select;
 mod smoothing;
 mod stream;
 mod table;
@@ -143,17 +147,29 @@ impl Identification {
     fn as_asked(&self, motions: &[Motion]) -> Result<Identified, IdentificationError> {
         self.validate(motions)?;
         let data = Data::of(self, motions)?;
-        let Chosen { rows, more, shots } = self.chosen(&data)?;
-        let field = self.field(&data, &rows, self.most_landmarks);
-        let every: Vec<usize> = (0..data.windows.len()).collect();
-        let field = fit::fit(&data, &data.windows, &rows, field)?;
-        let mut refinement = self.refinement(&data, field, &every);
-        if more == every {
-            // Near the trial's trajectories is nearer than what the smoother makes of the first samples.
-            refinement.start_from(&shots);
-        }
-        let refined = refinement.run()?;
+        let Chosen { rows, polynomials, more, shots } = self.chosen(&data)?;
+        let start =
+            if more == (0..data.windows.len()).collect::<Vec<_>>() { &shots[..] } else { &[] };
+        let full = self.refined(&data, &rows, start)?;
+        let few = self.of_few_terms(&data, [&rows, &polynomials], &full, start);
+        let (rows, refined) = few.unwrap_or((rows, full));
         Ok(self.finish(&data, &rows, &refined))
+    }
+
+    /// The field of given priors, along the trajectories of all windows; `start` are initial states nearer to them than what
+    /// the smoother makes of the first samples.
+    fn refined(
+        &self,
+        data: &Data,
+        rows: &[RowChoice],
+        start: &[Shot],
+    ) -> Result<Refined, IdentificationError> {
+        let field = self.field(data, rows, self.most_landmarks);
+        let every: Vec<usize> = (0..data.windows.len()).collect();
+        let field = fit::fit(data, &data.windows, rows, field)?;
+        let mut refinement = self.refinement(data, field, &every);
+        refinement.start_from(start);
+        refinement.run()
     }
 
     /// The priors of all functions.
@@ -162,8 +178,8 @@ impl Identification {
         let chosen = self.choose(data, &windows, Effort::THOROUGH)?;
         let more = data.some_windows(RECONSIDERING_EQUATIONS);
         let shots = self.refinement(data, trial.clone(), &more).settled()?;
-        let rows = self.reconsider(data, &trial, &shots, chosen)?;
-        Ok(Chosen { rows, more, shots })
+        let (rows, polynomials) = self.reconsider(data, &trial, &shots, chosen)?;
+        Ok(Chosen { rows, polynomials, more, shots })
     }
 
     /// A trial model that is good enough to tell what passes between samples, and a few windows as weak equations along
@@ -197,12 +213,17 @@ impl Identification {
         trial: &Field,
         shots: &[Shot],
         chosen: Vec<(RowChoice, Vec<Alternative>)>,
-    ) -> Result<Vec<RowChoice>, IdentificationError> {
+    ) -> Result<(Vec<RowChoice>, Vec<RowChoice>), IdentificationError> {
         let windows = path::along(trial, &data.setting(self), shots);
-        data.each_row(|i| {
+        let found = data.each_row(|i| {
             let start = self.start(data, i, Effort::THOROUGH);
             reconsider(&data.row(&windows, i), &start, chosen[i].clone())
-        })
+        })?;
+        let both = |(row, polynomial): (RowChoice, Option<RowChoice>)| {
+            let polynomial = polynomial.unwrap_or_else(|| row.clone());
+            (row, polynomial)
+        };
+        Ok(found.into_iter().map(both).unzip())
     }
 
     fn validate(&self, motions: &[Motion]) -> Result<(), IdentificationError> {
@@ -301,11 +322,11 @@ impl Identification {
         };
         let shots = windows.iter().map(shot).collect();
         let (noise, lambda) = (OutputNoise(noise), self.lambda);
-        Refinement { field, setting, shots, noise, lambda }
+        Refinement { field, setting, shots, noise, lambda, within: None }
     }
 
     fn finish(&self, data: &Data, rows: &[RowChoice], refined: &Refined) -> Identified {
-        let (field, covariance) = (&refined.field, refined.posterior.factor.inverse());
+        let (field, covariance) = (&refined.field, &refined.posterior.covariance);
         let mut first = 0;
         let of_row = |i: usize| {
             let terms = field.terms.iter().filter(|t| t.row == i);
@@ -337,6 +358,8 @@ impl Identification {
 /// What [`Identification::chosen`] found, and the windows on which it was compared with others.
 struct Chosen {
     rows: Vec<RowChoice>,
+    /// The same with polynomials for drifts, where few monomials may be more probable.
+    polynomials: Vec<RowChoice>,
     more: Vec<usize>,
     shots: Vec<Shot>,
 }

@@ -15,10 +15,11 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::IdentificationError;
-use super::evidence::{Normal, Posterior};
+use super::evidence::Normal;
 use super::field::{Field, Term};
 use super::flow::{Integrator, Run, Setting, Shot};
 use super::initial::{Misfit, fit_initial, guess_initial, measurements};
+use super::select::Subspace;
 use super::weak::{Reduction, Reflection};
 
 /// Most Gauss-Newton steps.
@@ -53,11 +54,41 @@ impl OutputNoise {
 pub(crate) struct Refined {
     pub field: Field,
     pub noise: OutputNoise,
-    pub posterior: Posterior,
+    /// The equations of the last linearisation, with errors of variance 1.
+    pub normal: Normal,
+    pub posterior: Known,
+    /// Where the coefficients are; anywhere where there is none.
+    pub within: Option<Subspace>,
     pub iterations: usize,
     pub windows: Vec<Shot>,
     /// Measured values.
     pub samples: usize,
+}
+
+impl Refined {
+    /// Whether this is more probable than another; not where trajectories of one had to be cut that the other follows.
+    pub fn beats(&self, other: &Self) -> bool {
+        self.normal.equations == other.normal.equations
+            && self.log_evidence() > other.log_evidence()
+    }
+
+    /// log p of the samples and of what monomials there are, but for what all fields share.
+    fn log_evidence(&self) -> f64 {
+        let sizes: f64 = self.noise.0.iter().map(|sd| sd.ln()).sum();
+        let mean = sizes / self.noise.0.len() as f64;
+        let log_odds = self.within.as_ref().map_or(0.0, |subspace| subspace.log_odds);
+        self.posterior.log_evidence - self.normal.equations as f64 * mean + log_odds
+    }
+}
+
+/// What equations say of all coefficients.
+pub(crate) struct Known {
+    /// Most probable.
+    pub coefficients: Vec<f64>,
+    /// Over the prior's standard deviations.
+    pub covariance: Mat<f64>,
+    /// log p(y) of the linear equations.
+    pub log_evidence: f64,
 }
 
 /// The search: its field, windows and noise.
@@ -68,6 +99,8 @@ pub(crate) struct Refinement {
     pub noise: OutputNoise,
     /// lambda = sigma^2 / a^2, where given.
     pub lambda: Option<f64>,
+    /// Where the coefficients are; anywhere where there is none.
+    pub within: Option<Subspace>,
 }
 
 impl Refinement {
@@ -230,16 +263,14 @@ impl Refinement {
     /// # Errors
     /// Where the model's trajectories leave the data from every window, or the system cannot be factorised.
     pub fn run(mut self) -> Result<Refined, IdentificationError> {
-        let no_evidence = |_| IdentificationError::NoEvidence;
         let mut left = self.settle()?;
         let spent = self.shots.len() * self.setting.states();
-        self.update_noise(&left, (spent + self.field.features()) as f64);
+        self.update_noise(&left, (spent + self.dimension()) as f64);
         let mut iterations = 0;
         let normal = loop {
-            let prior = self.prior();
             let noise = self.noise.clone();
             let normal = self.assemble().ok_or(IdentificationError::Lost)?;
-            let posterior = normal.posterior(&prior, 1.0).map_err(no_evidence)?;
+            let posterior = self.known(&normal)?;
             let before = self.cost(&self.field, &left);
             let moved = self.line_search(&posterior.coefficients, before);
             let gain = match moved {
@@ -251,7 +282,7 @@ impl Refinement {
                 None => 0.0,
             };
             iterations += 1;
-            let taken = spent as f64 + effective(&posterior, &prior);
+            let taken = spent as f64 + self.effective(&posterior);
             self.update_noise(&left, taken);
             match self.noise.over(&noise) {
                 // Hardly anything has moved since: the linearisation stands.
@@ -262,16 +293,44 @@ impl Refinement {
                 _ => {}
             }
         };
-        let posterior = normal.posterior(&self.prior(), 1.0).map_err(no_evidence)?;
+        let posterior = self.known(&normal)?;
         let samples = left.counts.iter().sum();
         Ok(Refined {
             field: self.field,
             noise: self.noise,
+            normal,
             posterior,
+            within: self.within,
             iterations,
             windows: self.shots,
             samples,
         })
+    }
+
+    /// Number of coefficients that are free.
+    fn dimension(&self) -> usize {
+        self.within.as_ref().map_or(self.field.features(), Subspace::dimension)
+    }
+
+    /// Effective number of parameters, P - tr B^-1.
+    fn effective(&self, posterior: &Known) -> f64 {
+        let covariance = &posterior.covariance;
+        let unknown: f64 = (0..covariance.nrows()).map(|i| covariance[(i, i)]).sum();
+        self.dimension() as f64 - unknown
+    }
+
+    fn known(&self, normal: &Normal) -> Result<Known, IdentificationError> {
+        let prior = self.prior();
+        let found = match &self.within {
+            Some(subspace) => subspace.posterior(normal, &prior),
+            None => normal.posterior(&prior, 1.0).map(|found| {
+                let covariance = found.factor.inverse();
+                (found, covariance)
+            }),
+        };
+        let (found, covariance) = found.map_err(|_| IdentificationError::NoEvidence)?;
+        let (coefficients, log_evidence) = (found.coefficients, found.log_evidence);
+        Ok(Known { coefficients, covariance, log_evidence })
     }
 
     fn line_search(&self, target: &[f64], before: f64) -> Option<(Field, Vec<Shot>, Misfit)> {
@@ -307,10 +366,4 @@ fn initial_columns<'r>(
         };
         seen.iter().map(entry).collect()
     })
-}
-
-/// Effective number of parameters, P - tr B^-1.
-fn effective(posterior: &Posterior, prior: &[f64]) -> f64 {
-    let inverse = posterior.factor.inverse();
-    prior.len() as f64 - (0..prior.len()).map(|i| inverse[(i, i)]).sum::<f64>()
 }

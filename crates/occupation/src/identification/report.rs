@@ -7,7 +7,7 @@ use super::field::Field;
 use crate::identified::IdentifiedModel;
 
 /// A function is unknown at a point where its standard deviation is above this share of the prior's.
-const UNKNOWN: f64 = 0.5;
+pub(super) const UNKNOWN: f64 = 0.5;
 /// Warn where f or g is unknown in more than this share of the box of the data.
 const MUCH: f64 = 0.25;
 /// Points at which the box is probed.

@@ -38,6 +38,21 @@ pub struct BlockChoice {
     pub depends_on: Vec<usize>,
 }
 
+impl BlockChoice {
+    /// Whether the function depends on something and is no polynomial.
+    pub(crate) fn is_general(&self) -> bool {
+        !self.depends_on.is_empty() && !self.kernel.family.is_polynomial()
+    }
+
+    /// The same for a function that depends on nothing.
+    pub(crate) fn constant(mut self, spread: &[f64]) -> Self {
+        let flat = spread.iter().map(|spread| search::FLAT * spread);
+        self.kernel.widths = flat.collect();
+        self.depends_on.clear();
+        self
+    }
+}
+
 /// What was chosen for one coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RowChoice {
@@ -132,17 +147,20 @@ pub(crate) struct Alternative {
 }
 
 /// What more equations make of a choice and its alternatives: families with few features are preferred by few equations,
-/// and their standard deviations know nothing of what they cannot follow.
+/// and their standard deviations know nothing of what they cannot follow. Beside it the same row with a polynomial for
+/// its drift, where few of its monomials may turn out to be more probable.
 pub(crate) fn reconsider(
     row: &WeakRow<'_>,
     start: &Start<'_>,
     (chosen, alternatives): (RowChoice, Vec<Alternative>),
-) -> Result<RowChoice, IdentificationError> {
+) -> Result<(RowChoice, Option<RowChoice>), IdentificationError> {
     let mut search = Search::at(row, start, &chosen)?;
-    for Alternative { block, choice } in alternatives {
-        search.compare(block, choice);
+    for Alternative { block, choice } in &alternatives {
+        search.compare(*block, choice.clone());
     }
-    Ok(search.finish().0)
+    let (chosen, _) = search.finish();
+    let polynomial = Search::at(row, start, &chosen)?.with_polynomial_drift(&alternatives);
+    Ok((chosen, polynomial))
 }
 
 /// Matrices of equal height, one beside the other.

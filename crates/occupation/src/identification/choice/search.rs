@@ -18,7 +18,7 @@ const WIDTH_PRIOR: f64 = 1.5;
 /// Prior standard deviation of log amplitudes.
 const AMPLITUDE_PRIOR: f64 = 4.0;
 /// Width, in spreads, of an argument on which a function does not depend.
-const FLAT: f64 = 1e4;
+pub(super) const FLAT: f64 = 1e4;
 /// Nats that a feature must bring: families with fewer are preferred where the data cannot tell.
 const PRICE: f64 = 0.02;
 /// Nats that dependence on another argument must bring ...
@@ -124,11 +124,41 @@ impl<'s> Search<'s> {
             Ordering::Equal => 0.0,
             Ordering::Less => -self.worth(None),
         };
+        self.keep_better(b, self.as_found(b, choice), worth);
+    }
+
+    /// Another prior of block b under the present noise.
+    fn as_found(&self, b: usize, choice: BlockChoice) -> Found {
         let block = self.block(choice);
         let log_evidence = self.products(b, &block).map_or(f64::NEG_INFINITY, |products| {
             self.objective(b, &block.choice, &block, &products, self.noise_sd)
         });
-        self.keep_better(b, Found { block, noise_sd: self.noise_sd, log_evidence }, worth);
+        Found { block, noise_sd: self.noise_sd, log_evidence }
+    }
+
+    /// The same row with a polynomial for a drift that is none: that of greatest evidence which was tried. None where no tried
+    /// one could be more probable with any of its monomials away.
+    pub(super) fn with_polynomial_drift(
+        mut self,
+        alternatives: &[Alternative],
+    ) -> Option<RowChoice> {
+        if self.family(0).is_polynomial() {
+            return None;
+        }
+        let before = self.log_evidence;
+        let polynomial = |a: &&Alternative| a.block == 0 && a.choice.kernel.family.is_polynomial();
+        let tried = alternatives.iter().filter(polynomial);
+        let found = tried.map(|a| self.as_found(0, a.choice.clone()));
+        let best = found.max_by(|x, y| x.log_evidence.total_cmp(&y.log_evidence))?;
+        self.accept(0, best);
+        let first = &self.blocks[0];
+        let products = self.products(0, first).ok()?;
+        let posterior = self.posterior(0, &first.choice, first, &products, self.noise_sd).ok()?;
+        // Without a monomial that is zero the evidence is greater by its part of the determinant; and along the trajectories of a
+        // trial that is no polynomial either, what was chosen is the nearer.
+        let more = 0.5 * posterior.factor.log_determinant();
+        let nearer = SYSTEMATIC * self.row.equations() as f64;
+        (self.log_evidence + more + nearer > before).then(|| self.finish().0)
     }
 
     fn keep_better(&mut self, b: usize, found: Found, worth: f64) {
