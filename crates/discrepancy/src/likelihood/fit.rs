@@ -64,11 +64,13 @@ pub struct Fit<'p> {
 const LEAST_CALMED: f64 = 2.0;
 
 /// Nothing moves.
-pub const STILL: Effort = Effort { steps: 0, least: 0.0 };
+pub const STILL: Effort = Effort { steps: 0, least: 0.0, undamped: false };
 /// A few steps, enough to compare.
-pub const QUICK: Effort = Effort { steps: 6, least: 0.3 };
+pub const QUICK: Effort = Effort { steps: 6, least: 0.3, undamped: false };
 /// To the optimum.
-pub const FULL: Effort = Effort { steps: 15, least: 0.05 };
+pub const FULL: Effort = Effort { steps: 15, least: 0.05, undamped: false };
+/// From there to where the priors have what the data hardly tell.
+pub const LAST: Effort = Effort { undamped: true, ..FULL };
 
 impl Windowed {
     /// Windows of a level that begin where the recordings' smoothed motion is.
@@ -162,7 +164,7 @@ impl<'p> Fit<'p> {
         hypothesis: Hypothesis,
         level: u32,
     ) -> Result<Self, FitError> {
-        let states = Effort { steps: 4, least: 1.0 };
+        let states = Effort { steps: 4, least: 1.0, undamped: false };
         let steps = problem.substeps(&hypothesis.parameters, &hypothesis.effects, false);
         in_finer_steps_at_need(steps, |steps| {
             let windowed = Windowed::smoothed(problem, level);
@@ -326,7 +328,7 @@ impl<'p> Fit<'p> {
     /// [`FitError`].
     pub fn states_at(&self, level: u32) -> Result<Self, FitError> {
         let windowed = self.windows_at(level)?;
-        let effort = Effort { steps: 3, least: 1.0 };
+        let effort = Effort { steps: 3, least: 1.0, undamped: false };
         let held = self.hypothesis.clone().held();
         let driven = (self.noise.clone(), self.substeps);
         let fit = minimise(self.problem, held, windowed, driven, effort)?;
@@ -374,7 +376,7 @@ impl<'p> Fit<'p> {
     /// # Errors
     /// [`FitError`].
     pub fn foretold(&self, h: Hypothesis, marked: &[bool]) -> Result<Vec<Vec<f64>>, FitError> {
-        let states = Effort { steps: 3, least: 0.3 };
+        let states = Effort { steps: 3, least: 0.3, undamped: false };
         let held = h.held();
         let fit = in_finer_steps_at_need(self.substeps, |steps| {
             self.in_part(held.clone(), marked, steps, states)

@@ -20,6 +20,8 @@ pub struct Effort {
     /// A step that gains less than this is the last: of chi^2, or of as much more as the mean square
     /// of the residual is above the noise.
     pub least: f64,
+    /// Whether the last steps are damped by nothing, down valleys that are all but flat.
+    pub undamped: bool,
 }
 
 /// A minimisation under way.
@@ -54,19 +56,24 @@ struct Trust {
     settled: bool,
     /// Whether what is left may be noise.
     is_right: bool,
+    /// Damping of the last steps.
+    last: f64,
 }
 
-/// Least damping: all that a step promises without any.
+/// Least damping of steps that gain.
 const LEAST: f64 = 1e-7;
+/// Steps in which a whole one may come back to what the data tell. Each leaves about the square of what was off: from a
+/// third, six leave nothing that a double holds.
+const BACK: usize = 6;
 /// Mean square of the residual, in units of the noise, up to which a step that nothing damps is tried: twice that of noise
 /// alone. What is left beyond is another law's, and combinations that the data hardly tell would take it up.
 const RIGHT: f64 = 2.0;
 
 impl Trust {
     /// Damp no more. What the data hardly tell is where its prior has it, and the damping, a share of what they tell
-    /// of each entry by itself, holds that most.
+    /// of each entry by itself, holds that most: where deviations are a ten millionth of a tolerance, any share does.
     fn settle(&mut self) {
-        *self = Self { damping: LEAST, at_once: false, settled: true, ..*self };
+        *self = Self { damping: self.last, at_once: false, settled: true, ..*self };
     }
 
     /// Whether nothing is left to try where a step gains little.
@@ -105,7 +112,9 @@ impl<'p> Minimisation<'p> {
     /// Minimise.
     pub(super) fn run(mut self, effort: Effort) -> Result<Fit<'p>, FitError> {
         let mut theta = self.hypothesis.theta();
-        let mut trust = Trust { damping: BELIEVED, at_once: true, settled: false, is_right: true };
+        let last = if effort.undamped { 0.0 } else { LEAST };
+        let mut trust =
+            Trust { damping: BELIEVED, at_once: true, settled: false, is_right: true, last };
         let mut here = self.begin()?;
         let mut end = End::OutOfSteps;
         for _ in 0..effort.steps {
@@ -161,7 +170,9 @@ impl<'p> Minimisation<'p> {
             let step = Arrow::new(&self.hypothesis, blocks, &self.left_out).step(theta, damping);
             let promised = step.as_ref().map_or(f64::INFINITY, |s| s.promised);
             let is_little = attempt == 0 && damping <= BELIEVED && promised < least;
-            if is_little && trust.is_done() || attempt > 0 && trust.settled {
+            // Where a whole step does not come back one that is damped least is tried.
+            let tries = if trust.last == 0.0 { 2 } else { 1 };
+            if is_little && trust.is_done() || attempt >= tries && trust.settled {
                 return Ok(Descent::Ended(End::Converged));
             }
             if is_little {
@@ -172,7 +183,10 @@ impl<'p> Minimisation<'p> {
             // nearly always taken, so that its derivatives are computed at once; after a failure
             // the sum of squares alone is tried first.
             let eager = attempt == 0 && trust.at_once;
-            let taken = step.ok().and_then(|s| self.try_step(s, before, theta, eager));
+            let taken = step.ok().and_then(|s| match trust.settled && damping == 0.0 {
+                true => self.leap(s, before, theta),
+                false => self.try_step(s, before, theta, eager),
+            });
             if let Some((after, there)) = taken {
                 let damping = f64::max(0.125 * damping, LEAST);
                 *trust = Trust { damping, at_once: attempt == 0, ..*trust };
@@ -213,6 +227,35 @@ impl<'p> Minimisation<'p> {
         {
             *theta = step.theta;
             return Some((after, there));
+        }
+        (self.hypothesis, self.windowed.starts) = old;
+        None
+    }
+
+    /// Take a whole step and further ones from where it ends, as long as each lowers the objective, until it is lower
+    /// than before: combinations that the data do not tell are bent where a product or a logarithm is one of them, and
+    /// a straight step along them leaves what the data tell.
+    fn leap(
+        &mut self,
+        mut step: Step,
+        before: f64,
+        theta: &mut Vec<f64>,
+    ) -> Option<(f64, Option<Linearised>)> {
+        let old = (self.hypothesis.clone(), self.windowed.starts.clone());
+        let mut limit = f64::INFINITY;
+        for _ in 0..BACK {
+            let mut at = step.theta.clone();
+            let Some((after, Some(there))) = self.try_step(step, limit, &mut at, true) else {
+                break;
+            };
+            if after < before {
+                *theta = at;
+                return Some((after, Some(there)));
+            }
+            limit = after;
+            let arrow = Arrow::new(&self.hypothesis, &there.blocks, &self.left_out);
+            let Ok(next) = arrow.step(&at, 0.0) else { break };
+            step = next;
         }
         (self.hypothesis, self.windowed.starts) = old;
         None

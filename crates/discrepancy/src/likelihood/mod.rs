@@ -54,7 +54,7 @@ mod without;
 
 pub use end::{Diverged, End, FitError};
 pub use filter::Filter;
-pub use fit::{FULL, Fit, QUICK, STILL, Windowed};
+pub use fit::{FULL, Fit, LAST, QUICK, STILL, Windowed};
 pub use hypothesis::{Free, Hypothesis, What};
 pub use leaving_out::{LeavingOut, Said};
 pub use minimise::Effort;

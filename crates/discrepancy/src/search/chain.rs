@@ -2,14 +2,14 @@
 
 use super::{Search, untried};
 use crate::dataset::Observed;
-use crate::likelihood::{Effort, End, FULL, Fit, FitError, Hypothesis, QUICK, STILL};
+use crate::likelihood::{Effort, End, FULL, Fit, FitError, Hypothesis, LAST, QUICK, STILL};
 use crate::prediction::{Predictor, warmup};
 use rayon::prelude::*;
 
 /// Until nothing is gained.
-const LONG: Effort = Effort { steps: 60, least: 0.05 };
+const LONG: Effort = Effort { steps: 60, least: 0.05, undamped: false };
 /// Steps for a new effect.
-const BEGIN: Effort = Effort { steps: 8, least: 0.3 };
+const BEGIN: Effort = Effort { steps: 8, least: 0.3, undamped: false };
 
 /// Whether the model has lost its way in windows of this length, `slack` times as far as is usual.
 fn lost(fit: &Fit, most: f64, slack: f64) -> bool {
@@ -99,6 +99,12 @@ pub fn polish(fit: Fit) -> Fit {
     if fit.end == End::OutOfSteps { improved(fit, LONG) } else { fit }
 }
 
+/// To the optimum, and from there to where the priors have what the data hardly tell.
+#[must_use]
+pub fn to_the_bottom(fit: Fit) -> Fit {
+    improved(polish(fit), LAST)
+}
+
 /// Further in the same windows, where that is no worse.
 #[must_use]
 pub fn improved(fit: Fit, effort: Effort) -> Fit {
@@ -133,7 +139,7 @@ impl Search<'_> {
     /// recordings are; the parameters are kept that run best through whole training recordings.
     pub(super) fn best_length<'p>(&self, fit: Fit<'p>) -> Fit<'p> {
         if fit.reduced() < self.decision.explained || self.watch.skips(untried::LENGTHS) {
-            return polish(fit);
+            return to_the_bottom(fit);
         }
         // Parameters that are fitted in windows of other lengths begin near.
         let fit = improved(fit, FULL);

@@ -18,7 +18,7 @@ use std::ops::Add;
 /// Most folds.
 const FOLDS: usize = 4;
 /// A fold's fit begins at the optimum of all.
-const FEW: Effort = Effort { steps: 4, least: 0.3 };
+const FEW: Effort = Effort { steps: 4, least: 0.3, undamped: false };
 
 /// What a fit predicts of each fold without knowing it.
 pub(super) struct LeftOut {

@@ -370,7 +370,7 @@ impl<'p> Search<'p> {
         let Searched { calibrated, path, floor, undriven, promise, coloured } = searched;
         // The beginnings of recordings are known no better than their noise.
         let chosen = match coloured {
-            true => chain::polish(path.fit),
+            true => chain::to_the_bottom(path.fit),
             false => self.best_length(path.fit),
         };
         let chosen = chosen.in_finer_steps().unwrap_or(chosen);

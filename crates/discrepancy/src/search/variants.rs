@@ -86,7 +86,7 @@ impl<'p> Search<'p> {
     ) -> Vec<Tried<'p>> {
         let Some(fitted) = fit.hypothesis.supposed().get(k) else { return vec![] };
         let plain = fit.hypothesis.clone().without(k);
-        let glance = Effort { steps: 3, least: 0.3 };
+        let glance = Effort { steps: 3, least: 0.3, undamped: false };
         let mut kin = siblings(fitted, self);
         kin.retain(|effect| wanted(&Candidate::of(effect)));
         let glanced: Vec<Option<Tried>> = kin

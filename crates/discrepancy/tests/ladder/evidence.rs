@@ -16,7 +16,7 @@ const DRAWS: u64 = 3000;
 /// Degrees of freedom of the proposal: wide tails, so that no weight runs away.
 const TAILS: f64 = 6.0;
 /// To the optimum.
-const EFFORT: Effort = Effort { steps: 60, least: 1e-8 };
+const EFFORT: Effort = Effort { steps: 60, least: 1e-8, undamped: false };
 
 /// A hypothesis about a problem of one recording, judged by a simulation of its own.
 struct Posterior<'p> {
