@@ -42,8 +42,9 @@ pub fn compare_runs(
     let Said { time, channels, inputs, order, .. } = said;
     let asked = Asked { time: Some(time.clone()), channels, inputs, order, units };
     let read = |all: &[Py<Recording>], first: usize| -> PyResult<Vec<recordings::Recording>> {
-        let one =
-            |(k, r): (usize, &Py<Recording>)| r.get().as_recorded(&time, first + k).map_err(told);
+        let one = |(k, r): (usize, &Py<Recording>)| {
+            r.get().as_recorded((&time, 1.0), first + k).map_err(told)
+        };
         all.iter().enumerate().map(one).collect()
     };
     let (simulated, recorded) = (read(&simulated, 1)?, read(&recorded, 1 + simulated.len())?);

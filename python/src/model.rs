@@ -54,7 +54,10 @@ impl Model {
     fn read(path: PathBuf, like: Option<Py<Recording>>) -> PyResult<Self> {
         let mut model = read_equations(&path, None).map_err(told)?;
         if let Some(like) = like {
-            let recorded = like.get().as_recorded(&model.time_column, 1).map_err(told)?;
+            let recorded = like
+                .get()
+                .as_recorded((&model.time_column, model.time_seconds), 1)
+                .map_err(told)?;
             let columns: Vec<String> = recorded.columns.into_iter().map(|c| c.name).collect();
             model = model.driven_by(&columns).map_err(told)?;
         }

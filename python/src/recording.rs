@@ -110,6 +110,10 @@ impl Recording {
         let time = self.time.as_deref().unwrap_or_else(|| model.time_column());
         let mut wanted = model.wanted().needing(self.units.keys().cloned());
         time.clone_into(&mut wanted.time);
+        // Its own unit of time comes before that of the model.
+        if self.units.contains_key(time) {
+            wanted.seconds = 1.0;
+        }
         let mut log = self.in_own_units(&wanted, number)?;
         for (column, unit) in &self.units {
             self.convert(&mut log.recording, (column, unit), (model, time))?;
@@ -117,13 +121,13 @@ impl Recording {
         Ok(log)
     }
 
-    /// The recording in its own units, where no model says them.
+    /// The recording in its own units, where no model says them; its times in a unit of so many seconds.
     pub fn as_recorded(
         &self,
-        time: &str,
+        (time, seconds): (&str, f64),
         number: usize,
     ) -> Result<recordings::Recording, RecordingError> {
-        let wanted = Wanted::all(self.time.as_deref().unwrap_or(time));
+        let wanted = Wanted::all(self.time.as_deref().unwrap_or(time)).counting(seconds);
         Ok(self.in_own_units(&wanted, number)?.recording)
     }
 
@@ -150,7 +154,10 @@ impl Recording {
             Source::Columns(columns) => {
                 let name = format!("recording {number}");
                 let name = self.name.as_deref().unwrap_or(&name);
-                recordings::Recording::from_columns(name, columns.clone(), &wanted.time)?.into()
+                let mut own =
+                    recordings::Recording::from_columns(name, columns.clone(), &wanted.time)?;
+                own.time.iter_mut().for_each(|t| *t *= wanted.seconds);
+                own.into()
             }
         };
         if let Some(name) = &self.name {

@@ -42,6 +42,24 @@ def test_a_check_is_the_commands(case, command):
     assert checked.warnings == checked.to_dict()["warnings"]
 
 
+def test_times_are_in_the_models_unit_or_their_own(case, tmp_path):
+    table = np.genfromtxt(case.runs[0], delimiter=",", names=True)
+    run = {name: table[name] for name in table.dtype.names}
+    text = case.model.read_text(encoding="utf-8")
+    in_ms = tmp_path / "model.toml"
+    in_ms.write_text(text.replace("[recordings]\n", '[recordings]\ntime_unit = "ms"\n'), encoding="utf-8")
+    late = {**run, "t": 1e3 * run["t"]}
+    for model, given in (
+        (in_ms, late),
+        (in_ms, lacuna.Recording(run, units={"t": "s"})),
+        (case.model, lacuna.Recording(late, units={"t": "ms"})),
+    ):
+        rows = lacuna.check(model, [given]).to_dict()["recordings"][0]
+        assert rows["to_s"] == pytest.approx(run["t"][-1]) and rows["step_s"] == pytest.approx(run["t"][1] - run["t"][0])
+    simulated = lacuna.Model.from_toml(in_ms).simulate(late)
+    assert np.allclose(simulated.series["t"], late["t"], rtol=1e-12, atol=0)
+
+
 def test_models_tell_what_they_are(case):
     model = lacuna.Model.from_toml(case.model)
     assert list(model.states) == ["theta", "omega"] and model.states["omega"] == "rad/s"

@@ -185,3 +185,81 @@ fn check_tells_of_wrapped_angles() {
     let text = stdout(&bench.lacuna(&["check", "model.toml", "run.csv"]));
     assert!(text.contains("x is an angle recorded within one turn"), "{text}");
 }
+
+/// What `check` says of a recording with its velocity and times as they are made here.
+fn said_of(bench: &Bench, made: impl Fn(&Run) -> (Vec<f64>, Vec<f64>)) -> Vec<String> {
+    let run = Run::new(1);
+    let (t, dx) = made(&run);
+    bench.write("run.csv", &Run::csv(&[("t", &t), ("x", &run.x), ("dx", &dx), ("u", &run.u)]));
+    let report = bench.json(&["check", "model.toml", "run.csv", "--json"]);
+    warnings(&report).into_iter().map(str::to_owned).collect()
+}
+
+#[test]
+fn check_tells_a_velocity_that_is_not_its_coordinates_rate() {
+    let bench = Bench::new();
+    let times = |run: &Run, factor: f64| run.dx.iter().map(|v| factor * v).collect::<Vec<f64>>();
+    let of = |made: &dyn Fn(&Run) -> Vec<f64>| said_of(&bench, |run| (run.t.clone(), made(run)));
+    assert_eq!(of(&|run| times(run, 1.0)), [""; 0]);
+    // A sensor's scale is no wrong unit.
+    assert_eq!(of(&|run| times(run, 1.04)), [""; 0]);
+    for (factor, words) in [
+        (-1.0, "with the other sign"),
+        (180.0 / std::f64::consts::PI, "degrees for radians"),
+        (1e3, "thousandths (mm for m), or times in ms"),
+        (1.3, "the rate of 'x' is 0.76"),
+    ] {
+        let said = of(&|run| times(run, factor));
+        assert!(said.len() == 1 && said[0].contains(words), "{factor}: {said:?}");
+    }
+    let late = of(&|run| [&run.dx[..1].repeat(4), &run.dx[..ROWS - 4]].concat());
+    let by: f64 = late[0].split(' ').find_map(|word| word.parse().ok()).unwrap();
+    assert!(
+        late[0].contains("after the rate of 'x'") && (by - 4.0 * STEP).abs() < 0.1 * STEP,
+        "{late:?}"
+    );
+    let other = of(&|_| Run::new(2).dx);
+    assert!(other[0].contains("'dx' is not the rate of 'x'"), "{other:?}");
+}
+
+/// Times in another unit are a mistake until the model says which.
+#[test]
+fn times_may_be_in_milliseconds_and_since_1970() {
+    let bench = Bench::new();
+    let since = |start: f64| {
+        move |run: &Run| (run.t.iter().map(|t| start + (1e3 * t).round()).collect(), run.dx.clone())
+    };
+    let said = said_of(&bench, since(0.0)).join("\n");
+    assert!(said.contains("times in ms: then time_unit = \"ms\""), "{said}");
+    let said = said_of(&bench, since(1.78e12)).join("\n");
+    assert!(said.contains("they look like ms since 1970: state time_unit = \"ms\""), "{said}");
+
+    let in_ms = MODEL.replace("time = \"t\"", "time = \"t\"\ntime_unit = \"ms\"");
+    assert_ne!(in_ms, MODEL);
+    bench.write("model.toml", &in_ms);
+    assert_eq!(said_of(&bench, since(1.78e12)), [""; 0]);
+    let report = bench.json(&["check", "model.toml", "run.csv#t=1.78e9..1780000002", "--json"]);
+    assert_eq!(report["recordings"][0]["rows"].as_f64().unwrap(), 2.0 / STEP);
+    let simulated =
+        bench.lacuna(&["simulate", "model.toml", "--like", "run.csv", "--out", "sim.csv"]);
+    assert!(simulated.status.success(), "{}", stderr(&simulated));
+    let firsts = |name: &str| {
+        let text = std::fs::read_to_string(bench.path(name)).unwrap();
+        text.lines()
+            .skip(1)
+            .map(|l| l.split(',').next().unwrap().parse::<f64>().unwrap())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(firsts("sim.csv"), firsts("run.csv"));
+    // The same run as in seconds.
+    let error = |model: &str, made: &dyn Fn(&Run) -> (Vec<f64>, Vec<f64>)| {
+        bench.write("model.toml", model);
+        said_of(&bench, made);
+        bench.json(&["simulate", "model.toml", "--like", "run.csv", "--json"])["channels"]["x"]["rmse"].clone()
+    };
+    let [a, b] = [error(MODEL, &|run| (run.t.clone(), run.dx.clone())), error(&in_ms, &since(0.0))];
+    assert!((a.as_f64().unwrap() / b.as_f64().unwrap() - 1.0).abs() < 1e-9, "{a} {b}");
+    bench.write("model.toml", &in_ms.replace("\"ms\"", "\"mm\""));
+    let refused = stderr(&bench.lacuna(&["check", "model.toml", "run.csv"]));
+    assert!(refused.contains("'mm' is no unit of time"), "{refused}");
+}

@@ -5,7 +5,7 @@ use crate::discrepancy::{Dataset, DiagnoseError, IdentifiedPredictor, Prediction
 use crate::occupation::compile::Compiled;
 use crate::occupation::{IdentifiedModel, ModelFileError, Names};
 use crate::plants::Model;
-use crate::recordings::{Recording, RecordingError, RecordingSource, Wanted, read, read_log};
+use crate::recordings::{Recording, RecordingError, RecordingSource, Wanted, read_log};
 use std::error::Error;
 use std::path::Path;
 
@@ -53,6 +53,14 @@ impl AnyModel {
         match self {
             Self::Equations(model) => &model.time_column,
             Self::Identified(identified) => &identified.1.time,
+        }
+    }
+
+    /// Seconds in one unit of that column.
+    pub fn time_seconds(&self) -> f64 {
+        match self {
+            Self::Equations(model) => model.time_seconds,
+            Self::Identified(_) => 1.0,
         }
     }
 
@@ -178,8 +186,9 @@ pub fn read_equations(
 fn read_for(path: &Path, like: Option<&RecordingSource>) -> Result<Model, Box<dyn Error>> {
     let model = Model::read(path)?;
     let like = like.filter(|_| model.has_servos_of_file());
-    let recording = like.and_then(|like| read(like, &model.time_column).ok());
-    let columns = recording.into_iter().flat_map(|r| r.columns).map(|column| column.name);
+    let all = Wanted::all(&model.time_column).counting(model.time_seconds);
+    let log = like.and_then(|like| read_log(like, &all).ok());
+    let columns = log.into_iter().flat_map(|log| log.recording.columns).map(|column| column.name);
     Ok(model.driven_by(&columns.collect::<Vec<_>>())?)
 }
 

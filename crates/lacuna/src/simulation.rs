@@ -33,6 +33,8 @@ impl Settings {
 pub struct Simulation {
     dataset: Dataset,
     prediction: Prediction,
+    /// Seconds in one unit of time of the model's recordings.
+    time_seconds: f64,
 }
 
 impl Simulation {
@@ -59,7 +61,7 @@ impl Simulation {
         }
         let prediction =
             model.predict(&dataset, horizon, warmup).map_err(|e| format!("{called}: {e}"))?;
-        let simulation = Self { dataset, prediction };
+        let simulation = Self { dataset, prediction, time_seconds: model.time_seconds() };
         let empty = |k: &usize| simulation.squares(*k).1 == 0;
         match (0..simulation.dataset.outputs.len()).find(empty) {
             Some(k) => Err(format!(
@@ -110,14 +112,15 @@ impl Simulation {
         }
     }
 
-    /// What was simulated, as a recording.
+    /// What was simulated, as a recording with times in the unit in which the model's recordings have them.
     pub fn recording(&self) -> Recording {
         let observed = self.observed();
         let named = self.dataset.outputs.iter().zip(self.predicted());
         let column =
             |(o, v): (&Output, &Vec<f64>)| Column { name: o.name.clone(), values: v.clone() };
         let columns = named.map(column).collect();
-        Recording { name: observed.name.clone(), time: observed.times.clone(), columns }
+        let time = observed.times.iter().map(|t| t / self.time_seconds).collect();
+        Recording { name: observed.name.clone(), time, columns }
     }
 
     fn squares(&self, channel: usize) -> (f64, usize) {

@@ -207,7 +207,7 @@ impl<'a> Table<'a> {
             if row == 0 {
                 self.check_numbers(&record, time_index, place)?;
             }
-            let time = self.time(&record[time_index], time_index, place)?;
+            let time = self.time(&record[time_index], time_index, place)? * wanted.seconds;
             if !selection.has_time(time) {
                 continue;
             }
@@ -216,11 +216,13 @@ impl<'a> Table<'a> {
             times += 1;
             for (index, column) in columns.iter_mut().enumerate() {
                 let Some(values) = column else { continue };
+                if index == time_index {
+                    values.push(time);
+                    continue;
+                }
                 match self.number(&record[index], index, place) {
                     Ok(value) => values.push(value),
-                    Err(_) if index != time_index && !wanted.keeps(&self.names[index]) => {
-                        *column = None;
-                    }
+                    Err(_) if !wanted.keeps(&self.names[index]) => *column = None,
                     Err(error) => return Err(error),
                 }
             }

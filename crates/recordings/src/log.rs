@@ -9,10 +9,13 @@ use crate::error::RecordingError;
 use crate::recording::Recording;
 
 /// Which columns of a file are wanted. What nobody wants is not kept in memory.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Wanted {
     /// Name of the column of time.
     pub time: String,
+    /// Seconds in one unit of the numbers of that column. Times whose format says their unit are in seconds
+    /// whatever this is.
+    pub seconds: f64,
     /// Without it, every column.
     only: Option<BTreeSet<String>>,
     needed: Vec<String>,
@@ -23,12 +26,25 @@ pub struct Wanted {
 impl Wanted {
     /// Every column that holds numbers.
     pub fn all(time: &str) -> Self {
-        Self { time: time.into(), ..Self::default() }
+        Self {
+            time: time.into(),
+            seconds: 1.0,
+            only: None,
+            needed: vec![],
+            measured: vec![],
+            held: BTreeSet::new(),
+        }
     }
 
     /// The columns of these names, where the file has them.
     pub fn only(time: &str, names: impl IntoIterator<Item = String>) -> Self {
         Self { only: Some(names.into_iter().collect()), ..Self::all(time) }
+    }
+
+    /// With times in a unit of so many seconds.
+    #[must_use]
+    pub fn counting(self, seconds: f64) -> Self {
+        Self { seconds, ..self }
     }
 
     /// And columns without which the file is of no use.

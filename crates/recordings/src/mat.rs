@@ -116,7 +116,7 @@ impl Table<'_> {
         Ok(Log { recording, others, clocks: vec![] })
     }
 
-    /// Takes the times out of the arrays.
+    /// Takes the times out of the arrays, in seconds.
     fn time(&mut self) -> Result<Vec<f64>, RecordingError> {
         let wanted = &self.wanted.time;
         let Some(index) = self.arrays.all.iter().position(|a| a.name == *wanted) else {
@@ -135,7 +135,7 @@ impl Table<'_> {
         if values.is_empty() || dims.iter().filter(|d| **d != 1).count() > 1 {
             return Err(self.not_read(wanted, &format!("an array of {}", in_words(&dims))));
         }
-        Ok(values)
+        Ok(values.into_iter().map(|t| t * self.wanted.seconds).collect())
     }
 
     /// How an array is columns; none, and why, where it is none.

@@ -86,7 +86,7 @@ impl Table {
     fn read(mut self, source: &RecordingSource, wanted: &Wanted) -> Result<Log, RecordingError> {
         let columns = self.columns()?;
         let time = self.time_leaf(&wanted.time, &columns)?;
-        let (rows, time) = self.selected(time, &source.selection)?;
+        let (rows, time) = self.selected((time, wanted.seconds), &source.selection)?;
         let keep: Vec<bool> = time.iter().map(|&t| source.selection.has_time(t)).collect();
         let retained = |mut values: Vec<f64>| {
             let mut keep = keep.iter();
@@ -159,10 +159,11 @@ impl Table {
         })
     }
 
-    /// The rows from the first to the last of a selection, and their times.
+    /// The rows from the first to the last of a selection, and their times in seconds: plain numbers are in a unit of so
+    /// many.
     fn selected(
         &mut self,
-        time: usize,
+        (time, seconds): (usize, f64),
         selection: &Selection,
     ) -> Result<(Range<usize>, Vec<f64>), RecordingError> {
         let (file, rows) = (self.file.clone(), self.rows);
@@ -177,7 +178,10 @@ impl Table {
         if self.leaves[time].is_timestamp {
             self.leaves[time].zero = self.first_whole(&self.leaves[time])?;
         }
-        let times = self.values(time, &range, &[true])?.remove(0);
+        let mut times = self.values(time, &range, &[true])?.remove(0);
+        if !self.leaves[time].is_timestamp {
+            times.iter_mut().for_each(|t| *t *= seconds);
+        }
         let is_in = |t: &f64| selection.has_time(*t);
         let ends = (times.iter().position(is_in), times.iter().rposition(is_in));
         let (Some(first), Some(last)) = ends else {

@@ -29,6 +29,7 @@ pub(super) fn of_equations(model: &Model) -> Wanted {
     let measured: Vec<_> = all.filter(|u| !is_input(u.0) && !is_imposed(u.0)).collect();
     let inputs: Vec<_> = needed.iter().copied().filter(|u| is_input(u.0)).collect();
     let wanted = Wanted::only(&model.time_column, names(&named))
+        .counting(model.time_seconds)
         .needing(names(&needed))
         .needing(names(&of_positions))
         .measuring(names(&measured));

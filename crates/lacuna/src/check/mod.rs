@@ -4,6 +4,7 @@
 mod channels;
 mod excitation;
 mod parameters;
+mod velocities;
 mod warnings;
 
 use crate::discrepancy::Dataset;
@@ -13,6 +14,7 @@ use crate::table::{Table, number};
 use channels::{Channel, Input, Marks, Run};
 use parameters::Parameters;
 use serde::Serialize;
+use velocities::Velocity;
 
 /// All that is said of the recordings.
 #[derive(Serialize)]
@@ -21,6 +23,8 @@ pub struct Report {
     recordings: Vec<Run>,
     input_hold: &'static str,
     channels: Vec<Channel>,
+    /// Velocities that are measured with their coordinates.
+    velocities: Vec<Velocity>,
     inputs: Vec<Input>,
     /// Coordinates, velocities and states that no column measures.
     not_measured: Vec<String>,
@@ -50,6 +54,7 @@ impl Report {
                 Hold::Linear => "linear",
             },
             channels: channels::channels(model, recordings, dataset)?,
+            velocities: velocities::velocities(model, dataset),
             inputs: channels::inputs(model, recordings, dataset)?,
             not_measured: channels::not_measured(model, dataset),
             not_used: Vec::new(),

@@ -1,10 +1,12 @@
 //! What to mind, and what to do about it.
 
 use super::Report;
-use super::channels::{Channel, Input, Stretch};
+use super::channels::{Channel, Input, Run, Stretch};
+use super::velocities::Velocity;
 use crate::plants::Model;
 use crate::plants::model::same_unit;
 use crate::table::number;
+use std::f64::consts::PI;
 
 /// A channel that moves less than this many noise standard deviations says little.
 const FAINT: f64 = 5.0;
@@ -16,6 +18,30 @@ const OTHER_STEP: f64 = 0.05;
 const MANY: f64 = 0.05;
 /// More outliers than this share are a fault to look for: chance bit errors are rarer.
 const OFTEN: f64 = 0.01;
+/// A velocity that is off by more than this share of its coordinate's rate is off by more than a sensor's scale.
+const OFF: f64 = 0.1;
+/// Velocities correlated with their coordinates' rates less than this are something else's: less than half of either is in
+/// the other.
+const UNRELATED: f64 = 0.7;
+/// A velocity that comes later than this many samples is late: differences of samples make half a sample.
+const LATE: f64 = 1.0;
+/// A factor is one of units within this share.
+const NEAR: f64 = 0.03;
+/// Seconds from 1970 to 1990 and to 2100: clocks of today are between them.
+const TODAY: [f64; 2] = [6.3e8, 4.1e9];
+/// Units of times that are often recorded, and their seconds.
+const CLOCKS: [(&str, f64); 3] = [("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+/// What a factor between a coordinate's rate and its velocity often means.
+const FACTORS: [(f64, &str); 8] = [
+    (180.0 / PI, "degrees for radians"),
+    (2.0 * PI, "turns for radians"),
+    (30.0 / PI, "rpm for rad/s"),
+    (6.0, "rpm for deg/s"),
+    (60.0, "minutes for seconds, or rpm for turns a second"),
+    (360.0, "degrees for turns"),
+    (1e3, "thousandths (mm for m), or times in ms: then time_unit = \"ms\" in [recordings]"),
+    (1e6, "millionths, or times in us: then time_unit = \"us\" in [recordings]"),
+];
 /// Inputs correlated above this are one input.
 const SAME_INPUT: f64 = 0.98;
 
@@ -23,6 +49,8 @@ const SAME_INPUT: f64 = 0.98;
 pub fn warnings(model: &Model, report: &Report) -> Vec<String> {
     let mut out = model.assumptions.clone();
     force_units(model, &mut out);
+    out.extend(report.recordings.iter().filter_map(clock));
+    out.extend(report.velocities.iter().filter_map(|v| velocity(v, &report.channels)));
     units(report, &mut out);
     sampling(report, &mut out);
     missing(report, &mut out);
@@ -44,6 +72,62 @@ fn force_units(model: &Model, out: &mut Vec<String>) {
             coordinate.name, first.by, first.unit, other.by, other.unit
         ));
     }
+}
+
+/// Times that are a date, if they are not in seconds.
+fn clock(run: &Run) -> Option<String> {
+    let is_today = |seconds: f64| (TODAY[0]..TODAY[1]).contains(&(run.from_s * seconds));
+    let (unit, _) = CLOCKS.into_iter().find(|(_, seconds)| is_today(*seconds))?;
+    Some(format!(
+        "{}: its times begin at {} and are read as seconds; they look like {unit} since 1970: state time_unit = \
+         \"{unit}\" in [recordings] of the model",
+        run.name,
+        number(run.from_s)
+    ))
+}
+
+/// A velocity that is not its coordinate's rate.
+fn velocity(v: &Velocity, channels: &[Channel]) -> Option<String> {
+    let Velocity { coordinate, velocity, scale: [low, high], correlation, .. } = v;
+    let is_faint = |c: &&Channel| c.name == *coordinate || c.name == *velocity;
+    if channels.iter().filter(is_faint).any(|c| c.signal_to_noise.is_some_and(|r| r < FAINT)) {
+        return None;
+    }
+    if correlation.abs() < UNRELATED {
+        return Some(format!(
+            "velocity '{velocity}' is not the rate of '{coordinate}' (correlation {correlation:.2}): check which \
+             columns they are"
+        ));
+    }
+    let size = (low * high).abs().sqrt();
+    if *high < 0.0 && is_one(size, OFF) {
+        return Some(format!(
+            "velocity '{velocity}' is the rate of '{coordinate}' with the other sign: reverse one of the columns"
+        ));
+    }
+    if low.abs() > 1.0 + OFF || high.abs() < 1.0 - OFF {
+        let sign = if *high < 0.0 { "-" } else { "" };
+        let factor = if size > 1.0 { size } else { 1.0 / size };
+        let known = FACTORS.into_iter().find(|(known, _)| is_one(factor / known, NEAR));
+        let known = known.map_or_else(String::new, |(_, words)| format!(" ({words})"));
+        return Some(format!(
+            "the rate of '{coordinate}' is {sign}{} times what '{velocity}' says{known}: state the unit of each column \
+             (unit in [[measurement]])",
+            number(size)
+        ));
+    }
+    (v.lag_samples.abs() > LATE).then(|| {
+        let late = if v.lag_s > 0.0 { "after" } else { "before" };
+        format!(
+            "velocity '{velocity}' comes {} s {late} the rate of '{coordinate}': a filter or another clock, which \
+             `diagnose` tells as a lag or a delay of its sensor",
+            number(v.lag_s.abs())
+        )
+    })
+}
+
+fn is_one(ratio: f64, within: f64) -> bool {
+    (ratio - 1.0).abs() <= within
 }
 
 fn units(report: &Report, out: &mut Vec<String>) {

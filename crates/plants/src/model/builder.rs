@@ -359,6 +359,7 @@ impl Builder {
             effects: vec![],
             measurements: vec![],
             time_column: self.time_column,
+            time_seconds: 1.0,
             hold: self.hold,
             assumptions: vec![],
             dynamics,

@@ -63,6 +63,8 @@ pub struct Model {
     pub measurements: Vec<Measurement>,
     /// Column of time in the recordings.
     pub time_column: String,
+    /// Seconds in one unit of the numbers of that column.
+    pub time_seconds: f64,
     /// What the inputs do between samples.
     pub hold: Hold,
     /// What was assumed where the file does not say enough, in sentences.

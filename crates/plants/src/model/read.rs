@@ -137,12 +137,17 @@ struct RawMeasurement {
 #[serde(deny_unknown_fields, default)]
 struct RawRecordings {
     time: String,
+    time_unit: Spanned<String>,
     input_hold: Hold,
 }
 
 impl Default for RawRecordings {
     fn default() -> Self {
-        Self { time: "t".to_owned(), input_hold: Hold::default() }
+        Self {
+            time: "t".to_owned(),
+            time_unit: Spanned::new(0..0, "s".to_owned()),
+            input_hold: Hold::default(),
+        }
     }
 }
 
@@ -284,6 +289,17 @@ impl Reader<'_> {
         })
     }
 
+    /// Seconds in a unit of time.
+    fn seconds(&self, unit: &Spanned<String>) -> Result<f64, ModelError> {
+        value::factor(unit.get_ref(), "s").map_err(|_| {
+            let message = format!(
+                "'{}' is no unit of time; expected one as s, ms, us, ns, min or h",
+                unit.get_ref()
+            );
+            self.error(unit.span(), message)
+        })
+    }
+
     fn model(&self, raw: File) -> Result<Model, ModelError> {
         if let Some(robot) = &raw.robot {
             return self.robot(&raw, robot);
@@ -318,6 +334,7 @@ impl Reader<'_> {
             states: raw.state.iter().map(state).collect(),
             effects: vec![],
             measurements,
+            time_seconds: self.seconds(&raw.recordings.time_unit)?,
             time_column: raw.recordings.time,
             hold: raw.recordings.input_hold,
             assumptions: vec![],

@@ -66,6 +66,7 @@ impl Reader<'_> {
             effects: vec![],
             measurements: vec![],
             time_column: raw.recordings.time.clone(),
+            time_seconds: self.seconds(&raw.recordings.time_unit)?,
             hold: raw.recordings.input_hold,
             assumptions: vec![],
             dynamics: Arc::new(Differences::new(Unit { fmu: fmu.clone(), order }, sizes)),
