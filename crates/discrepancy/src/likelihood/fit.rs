@@ -94,12 +94,11 @@ impl Windowed {
     }
 
     /// Windows of another level: those that begin at the same sample keep their state, others
-    /// begin on the smoothed motion, or, what is not measured, on `path`.
+    /// begin on the smoothed motion, or, in the entries of the machine's state that are `known`, on `path`.
     #[must_use]
-    fn at(&self, problem: &Problem, level: u32, path: &[Vec<f64>]) -> Self {
+    fn at(&self, problem: &Problem, level: u32, (path, known): (&[Vec<f64>], &[usize])) -> Self {
         let mut next = Self::smoothed(problem, level);
         let width = problem.model.machine_states();
-        let hidden = problem.hidden();
         for (r, starts) in next.starts.iter_mut().enumerate() {
             starts.memory.clone_from(&self.starts[r].memory);
             let stride = width + starts.memory.len();
@@ -110,7 +109,7 @@ impl Windowed {
                 } else if let Some(state) =
                     path.get(r).and_then(|p| p.get(w.range.start * stride..))
                 {
-                    for &i in hidden {
+                    for &i in known {
                         x[i] = state.get(i).copied().unwrap_or(x[i]);
                     }
                 }
@@ -318,8 +317,21 @@ impl<'p> Fit<'p> {
 
     /// Windows of another level; what nothing measures begins on this fit's path.
     fn windows_at(&self, level: u32) -> Result<Windowed, FitError> {
-        let path = if self.problem.hidden().is_empty() { vec![] } else { self.paths()? };
-        Ok(self.windowed.at(self.problem, level, &path))
+        let hidden = self.problem.hidden();
+        let path = if hidden.is_empty() { vec![] } else { self.paths()? };
+        Ok(self.windowed.at(self.problem, level, (&path, hidden)))
+    }
+
+    /// Fit the states alone for a machine that no noise drives, in windows of another level that begin on this fit's path: what
+    /// follows its recordings knows better where the machine was than what smooths them.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn held_along(&self, level: u32, effort: Effort) -> Result<Self, FitError> {
+        let all: Vec<usize> = (0..self.problem.model.machine_states()).collect();
+        let windowed = self.windowed.at(self.problem, level, (&self.paths()?, &all));
+        let h = self.hypothesis.clone().held();
+        minimise(self.problem, h, windowed, (None, self.steps_under(false)), effort)
     }
 
     /// States alone, fitted in windows of another level.

@@ -88,8 +88,14 @@ impl<'p> Search<'p> {
         }
         self.watch.tell("which predicts better");
         let [a, b] = [&free, &driven].map(|s| self.error(&s.path.fit).unwrap_or(f64::INFINITY));
+        let exact = self.told_exactly(&free, &driven);
         if self.watch.skips(untried::DRIVEN) {
             return free;
+        }
+        if let Some((fit, error)) = exact
+            && error * self.decision.noise < a.min(b)
+        {
+            return Searched { path: Path { fit, ..driven.path }, ..driven };
         }
         if self.tells_noisy_inputs(&free, &driven) && b <= a * (1.0 + chance(&free.path.fit)) {
             return driven;
@@ -104,14 +110,31 @@ impl<'p> Search<'p> {
         }
     }
 
+    /// What a search beside noise names and one by free runs does not, fitted for a machine that nothing drives, and the error
+    /// of its predictions. Beside noise the laws that there are show where free runs lose their way; a filter then calls noise what is not
+    /// quite right of them, and its numbers are those that follow it best, not those that predict best.
+    fn told_exactly(&self, free: &Searched<'p>, driven: &Searched<'p>) -> Option<(Fit<'p>, f64)> {
+        let Path { fit, named } = &driven.path;
+        if named.is_empty() || fit.noise.is_none() || names_alike(free, driven) {
+            return None;
+        }
+        // Where next to nothing drives it, in the same windows; else in those that grow as long as it follows.
+        let direct = || fit.driven_by(None, FULL);
+        let grown = || Ok(self.lengthen(fit.undriven(self.level, FULL)?));
+        let (direct, grown) = rayon::join(direct, grown);
+        let with_error = |fit: Fit<'p>| {
+            let error = self.error(&fit).ok()?;
+            self.tell("for a machine that nothing drives", &fit);
+            Some((fit, error))
+        };
+        let all = [direct, grown].into_iter().flatten().filter_map(with_error);
+        all.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// Whether a search beside noise names what one by free runs does, and what that leaves beyond the outputs' noise is
     /// all that of inputs: numbers are then as certain as noisy inputs let them be.
     fn tells_noisy_inputs(&self, free: &Searched<'p>, driven: &Searched<'p>) -> bool {
-        let names = |s: &Searched| -> Vec<Candidate> {
-            s.path.fit.hypothesis.supposed().iter().map(Candidate::of).collect()
-        };
-        let (own, others) = (names(free), names(driven));
-        let same = own.len() == others.len() && own.iter().all(|name| others.contains(name));
+        let same = names_alike(free, driven);
         let is_noise = |s: &Searched| s.path.fit.reduced() < self.decision.noise;
         let noise = driven.path.fit.noise.as_deref();
         same && noise.is_some_and(ProcessNoise::pushes_nothing)
@@ -280,6 +303,15 @@ impl<'p> Search<'p> {
             _ => Ok(self.lengthen(fit.undriven(self.level, FULL)?)),
         }
     }
+}
+
+/// Whether two searches end with the same effects.
+fn names_alike(one: &Searched, other: &Searched) -> bool {
+    let names = |s: &Searched| -> Vec<Candidate> {
+        s.path.fit.hypothesis.supposed().iter().map(Candidate::of).collect()
+    };
+    let (own, others) = (names(one), names(other));
+    own.len() == others.len() && own.iter().all(|name| others.contains(name))
 }
 
 /// Standard deviation of a mean square residual, as a share of it: of n samples of which c are worth one

@@ -155,7 +155,11 @@ impl Search<'_> {
         // Eight windows: about the horizon of the proof.
         const LEVEL: u32 = 3;
         let parts = in_parts(fit)?;
-        let held = fit.refit(fit.hypothesis.clone().held(), STILL)?.undriven(LEVEL, STILL)?;
+        // Memory runs on from windows that are not asked into those that are.
+        let held = match fit.reduced() < self.decision.explained {
+            true => fit.held_along(LEVEL, STILL)?,
+            false => fit.refit(fit.hypothesis.clone().held(), STILL)?.undriven(LEVEL, STILL)?,
+        };
         let (mut squares, mut count) = (0.0, 0);
         let leaving = parts.leaving_out()?;
         for (out, asked) in folds(&parts).iter().zip(&folds(&held)) {

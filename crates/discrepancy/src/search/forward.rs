@@ -6,7 +6,7 @@ use crate::decision::Decision;
 use crate::likelihood::evidence::common_temperature;
 use crate::likelihood::{Fit, FitError, Hypothesis, QUICK, STILL};
 use crate::screen::{Scored, Screen};
-use lacuna_effects::{Law, Variable};
+use lacuna_effects::{Law, Prior, Variable};
 use lacuna_plants::Model;
 use lacuna_plants::model::ModelEffect;
 use rayon::prelude::*;
@@ -305,7 +305,26 @@ impl<'p> Search<'p> {
             beside.push(Hypothesis { parameters: self.problem.model.values(), ..base.clone() });
         }
         let with = |h| self.with(h, effect_of(candidate, &s.amplitudes, shape));
-        beside.iter().map(with).collect()
+        let mut all: Vec<Hypothesis> = beside.iter().map(with).collect();
+        if let Some(amplitudes) = self.expected(candidate, shape) {
+            let given = Hypothesis { parameters: self.problem.model.values(), ..base.clone() };
+            all.push(self.with(&given, effect_of(candidate, &amplitudes, shape)));
+        }
+        all
+    }
+
+    /// Amplitudes as they are expected of a candidate that has no more of them than there is, as the load behind a drive has of the
+    /// inertia: the screening knows of no end, and begins it at that.
+    fn expected(&self, candidate: &Candidate, shape: &[f64]) -> Option<Vec<f64>> {
+        let Law::Force(law) = candidate.effect.law else { return None };
+        let amplitudes = law.amplitudes();
+        let effect = effect_of(candidate, &vec![0.0; amplitudes], shape);
+        let priors = (candidate.effect.priors)(&self.problem.scales_of(&effect));
+        let mean = |prior: &Prior| match *prior {
+            Prior::Normal { mean, high, .. } if high.is_finite() => Some(mean),
+            _ => None,
+        };
+        priors[..amplitudes].iter().map(mean).collect()
     }
 
     /// The fits that succeeded; of the others it is told why.

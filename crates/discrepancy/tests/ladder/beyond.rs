@@ -476,3 +476,39 @@ fn a_load_on_a_spring_that_rings_at_steps_is_a_resonance() {
     let recordings = bench.record_steps(&on_a_spring(0.11, 140.0, 0.2), 361, 4, 0.5);
     is_found(&bench, recordings, (0.11, 140.0));
 }
+
+/// Friction hides a load on a spring from free runs: it shows beside noise that drives the machine alone, of which there
+/// is none.
+#[test]
+fn what_shows_beside_noise_alone_is_fitted_for_a_machine_that_nothing_drives() {
+    let bench = Bench {
+        text: JOINT,
+        samples: 2000,
+        amplitude: (1.5, 5.0),
+        frequency: (1.0, 120.0),
+        start: 0.0,
+        step: 0.002,
+        noise: 2e-5,
+        ..ON_PENDULUM
+    };
+    let (load, stiffness) = (0.186, 372.0);
+    let (own, _) = JOINT.split_once("[mechanics]").expect("mechanics");
+    let shaft = format!("{stiffness}*(q - load) + 0.31*(dq - dload)");
+    let text = format!(
+        "{own}[[coordinate]]\nname = \"load\"\nvelocity = \"dload\"\nunit = \"rad\"\n[mechanics]\n\
+         mass = [[\"J - {load}\", \"0\"], [\"0\", \"{load}\"]]\n\
+         force = [\"tau - b*dq - 1.9*tanh(dq/0.01) - ({shaft})\", \"{shaft}\"]\n"
+    );
+    let truth = Model::from_text(&text, "truth.toml").expect("the truth is right");
+    let mut recordings = bench.record(&truth, 362, 3);
+    recordings.iter_mut().for_each(|r| r.columns.retain(|c| c.name != "load"));
+    let d = diagnosed(&bench.model(), &recordings).diagnosis;
+    let classes: Vec<_> = d.findings.iter().map(|f| &*f.class).collect();
+    assert_eq!(classes.len(), 2, "{classes:?}");
+    assert!(
+        classes.contains(&"hidden_resonance") && classes.contains(&"coulomb_friction"),
+        "{classes:?}"
+    );
+    let fit = &d.fit.held_out["q"];
+    assert!(fit.rmse_after < 1.2 * fit.noise, "{fit:?}");
+}
