@@ -186,8 +186,11 @@ fn check_tells_of_wrapped_angles() {
     assert!(text.contains("x is an angle recorded within one turn"), "{text}");
 }
 
+/// Times and velocities that are made of a run.
+type Made<'m> = dyn Fn(&Run) -> (Vec<f64>, Vec<f64>) + 'm;
+
 /// What `check` says of a recording with its velocity and times as they are made here.
-fn said_of(bench: &Bench, made: impl Fn(&Run) -> (Vec<f64>, Vec<f64>)) -> Vec<String> {
+fn said_of(bench: &Bench, made: &Made<'_>) -> Vec<String> {
     let run = Run::new(1);
     let (t, dx) = made(&run);
     bench.write("run.csv", &Run::csv(&[("t", &t), ("x", &run.x), ("dx", &dx), ("u", &run.u)]));
@@ -199,7 +202,7 @@ fn said_of(bench: &Bench, made: impl Fn(&Run) -> (Vec<f64>, Vec<f64>)) -> Vec<St
 fn check_tells_a_velocity_that_is_not_its_coordinates_rate() {
     let bench = Bench::new();
     let times = |run: &Run, factor: f64| run.dx.iter().map(|v| factor * v).collect::<Vec<f64>>();
-    let of = |made: &dyn Fn(&Run) -> Vec<f64>| said_of(&bench, |run| (run.t.clone(), made(run)));
+    let of = |made: &dyn Fn(&Run) -> Vec<f64>| said_of(&bench, &|run| (run.t.clone(), made(run)));
     assert_eq!(of(&|run| times(run, 1.0)), [""; 0]);
     // A sensor's scale is no wrong unit.
     assert_eq!(of(&|run| times(run, 1.04)), [""; 0]);
@@ -229,15 +232,15 @@ fn times_may_be_in_milliseconds_and_since_1970() {
     let since = |start: f64| {
         move |run: &Run| (run.t.iter().map(|t| start + (1e3 * t).round()).collect(), run.dx.clone())
     };
-    let said = said_of(&bench, since(0.0)).join("\n");
+    let said = said_of(&bench, &since(0.0)).join("\n");
     assert!(said.contains("times in ms: then time_unit = \"ms\""), "{said}");
-    let said = said_of(&bench, since(1.78e12)).join("\n");
+    let said = said_of(&bench, &since(1.78e12)).join("\n");
     assert!(said.contains("they look like ms since 1970: state time_unit = \"ms\""), "{said}");
 
     let in_ms = MODEL.replace("time = \"t\"", "time = \"t\"\ntime_unit = \"ms\"");
     assert_ne!(in_ms, MODEL);
     bench.write("model.toml", &in_ms);
-    assert_eq!(said_of(&bench, since(1.78e12)), [""; 0]);
+    assert_eq!(said_of(&bench, &since(1.78e12)), [""; 0]);
     let report = bench.json(&["check", "model.toml", "run.csv#t=1.78e9..1780000002", "--json"]);
     assert_eq!(report["recordings"][0]["rows"].as_f64().unwrap(), 2.0 / STEP);
     let simulated =
@@ -252,7 +255,7 @@ fn times_may_be_in_milliseconds_and_since_1970() {
     };
     assert_eq!(firsts("sim.csv"), firsts("run.csv"));
     // The same run as in seconds.
-    let error = |model: &str, made: &dyn Fn(&Run) -> (Vec<f64>, Vec<f64>)| {
+    let error = |model: &str, made: &Made<'_>| {
         bench.write("model.toml", model);
         said_of(&bench, made);
         bench.json(&["simulate", "model.toml", "--like", "run.csv", "--json"])["channels"]["x"]["rmse"].clone()
