@@ -289,3 +289,17 @@ fn files_of_scipy_are_read() {
         assert_eq!(column(&run, "on")[..4], [1.0, 0.0, 0.0, 1.0]);
     }
 }
+
+/// A selection is in seconds whatever the file counts in.
+#[test]
+fn times_may_be_counted_in_another_unit() {
+    let folder = TempDir::new().unwrap();
+    let path = written(&folder, &sample(Manner { big_endian: false, compressed: true }));
+    let whole = all(&path, "", "t").unwrap().recording;
+    let from = 60.0 * whole.time[1];
+    let source: RecordingSource = format!("{}#t={from}..", path.display()).parse().unwrap();
+    let later = read_log(&source, &Wanted::all("t").counting(60.0)).unwrap().recording;
+    let expected: Vec<f64> = whole.time[1..].iter().map(|t| 60.0 * t).collect();
+    assert_eq!(later.time, expected);
+    assert_eq!(column(&later, "log.q"), &column(&whole, "log.q")[1..]);
+}

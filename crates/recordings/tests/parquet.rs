@@ -237,6 +237,23 @@ fn timestamps_are_counted_from_the_first_row() {
     assert_eq!(found.column("d").unwrap(), [-1.25; 2]);
 }
 
+/// Plain numbers may be of another unit, with selections in seconds all the same; timestamps say their own.
+#[test]
+fn times_may_be_counted_in_another_unit() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("ms.parquet");
+    let stamps = Leaf::I64((0..5).map(|k| 1_700_000_000_000 + 20 * k).collect(), vec![], vec![]);
+    let plain = flat((0..5).map(|k| 20.0 * f64::from(k)));
+    let schema = "message m { required int64 stamp (TIMESTAMP(MILLIS,true)); required double t; }";
+    write(&path, schema, Compression::UNCOMPRESSED, vec![vec![stamps, plain]]);
+    let times = |time: &str| {
+        let wanted = Wanted::all(time).counting(1e-3);
+        read_log(&source(&path, "#t=0.03.."), &wanted).unwrap().recording.time
+    };
+    assert_eq!(times("t"), [0.04, 0.06, 0.08]);
+    assert_eq!(times("stamp"), times("t"));
+}
+
 /// The message without the folder.
 fn said(path: &Path, selection: &str, time: &str) -> String {
     let message = read(&source(path, selection), time).unwrap_err().to_string();
